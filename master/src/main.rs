@@ -1,0 +1,2 @@
+//! The embedded master.
+fn main() {}

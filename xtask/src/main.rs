@@ -1,0 +1,2 @@
+//! Set-up and the project's commands.
+fn main() {}
