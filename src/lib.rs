@@ -3,8 +3,30 @@
 //! The modules from ground floor to top; each uses only those above it in this list.
 
 pub mod error;
+pub mod simd;
+pub mod dimension;
+pub mod shape;
 pub mod scene;
+pub mod tool_shape;
+pub mod points;
+pub mod material;
+pub mod grid;
+pub mod transfer;
+pub mod contact;
+pub mod chunk;
+pub mod ledger;
+pub mod partition;
+pub mod simulation;
+pub mod composition;
+pub mod chip;
+pub mod fields;
+pub mod vtk;
+pub mod results;
+#[cfg(feature = "plot")]
+pub mod plot;
 pub mod session;
+pub mod variables;
+pub mod fmi;
 
 /// Version of the program, as written into every file.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

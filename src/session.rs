@@ -2,74 +2,26 @@
 //!
 //! The solver keeps its own clock. It runs ahead of the communication point by less than one substep; an input
 //! counts from the first substep that starts at or after its communication point; means over a communication step
-//! take the fraction of the last substep's impulse that belongs to it.
+//! take the fraction of the last substep's impulse that belongs to it. So the state after a span of time does not
+//! depend on how the span is cut into communication steps.
 
+use crate::chip::{Survey, shear_angle};
+use crate::composition;
+use crate::error::Error;
+pub use crate::fields::{Outputs, PointFields};
+use crate::partition::Bulk;
+use crate::results::ResultsWriter;
 use crate::scene::{Inputs, Scene};
-use crate::Error;
+use crate::simulation::{Drive, Progress, Solver};
+use serde::{Deserialize, Serialize};
+use std::time::{Duration, Instant};
 
-/// All outputs at a communication point. Units and meanings stand in the variable table.
-#[allow(missing_docs)] // Each field is documented by its entry in the variable table.
-#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Outputs {
-    pub cutting_force: f64,
-    pub thrust_force: f64,
-    pub cutting_force_min: f64,
-    pub cutting_force_max: f64,
-    pub chip_temperature: f64,
-    pub chip_temperature_peak: f64,
-    pub peak_strain: f64,
-    pub peak_strain_p999: f64,
-    pub chip_thickness: f64,
-    pub contact_length: f64,
-    pub shear_angle: f64,
-    pub cut_length: f64,
-    pub cutting_power: f64,
-    pub specific_cutting_energy: f64,
-    pub tool_work: f64,
-    pub kinetic_energy: f64,
-    pub elastic_energy: f64,
-    pub plastic_work: f64,
-    pub friction_work: f64,
-    pub damping: f64,
-    /// Dissipated by inelastic contact with the tool and the fixed nodes (J).
-    pub contact_loss: f64,
-    /// Kinetic and elastic energy carried away by retired points (J).
-    pub retired_energy: f64,
-    pub thermal_energy: f64,
-    pub balance_error: f64,
-    pub substeps: i32,
-    pub time_step: f64,
-    pub active_points: i32,
-    pub retired_points: i32,
-    pub min_jacobian: f64,
-    pub tool_position_x: f64,
-    pub tool_position_y: f64,
-    /// 1 approaching, 2 entering, 3 cutting, 4 left.
-    pub chip_state: i32,
-}
-
-/// The points' fields at the solver's clock, for pictures and files; one entry per point, in the order of `id`.
-#[derive(Clone, Debug, Default)]
-pub struct PointFields {
-    /// Solver clock (s).
-    pub time: f64,
-    /// Number of the point at the start.
-    pub id: Vec<u32>,
-    /// Position from the workpiece's lower left corner (m); z is 0 in plane strain.
-    pub position: Vec<[f64; 3]>,
-    /// Velocity (m/s).
-    pub velocity: Vec<[f64; 3]>,
-    /// Cauchy stress xx, yy, zz, yz, xz, xy (Pa).
-    pub stress: Vec<[f64; 6]>,
-    /// Equivalent plastic strain (-).
-    pub plastic_strain: Vec<f64>,
-    /// Temperature (K).
-    pub temperature: Vec<f64>,
-    /// Volume ratio det F (-).
-    pub jacobian: Vec<f64>,
-    /// The tool's outline, a closed polygon in the x-y plane (m).
-    pub tool_outline: Vec<[f64; 2]>,
-}
+/// Time constant of the first-order filter behind `cutting_force_min` and `cutting_force_max` (s).
+pub const FORCE_FILTER: f64 = 5e-8;
+/// Points per thread below which a further thread costs more than it brings.
+const POINTS_PER_THREAD: usize = 4000;
+/// Longest wall time between two calls of the watcher.
+const WATCH_INTERVAL: Duration = Duration::from_millis(100);
 
 /// How far `advance_to` came.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,41 +32,136 @@ pub enum Advance {
     StoppedAt(f64),
 }
 
-/// One run of one scene.
-#[derive(Clone)]
-pub struct Session {
+/// Totals at one time, between which means are taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Totals {
+    time: f64,
+    impulse: [f64; 2],
+    work: f64,
+    substeps: u64,
+}
+
+impl Totals {
+    fn of(progress: &Progress) -> Self {
+        let ledger = &progress.ledger;
+        Totals {
+            time: progress.clock,
+            impulse: ledger.tool_impulse,
+            work: ledger.tool_work,
+            substeps: progress.substeps,
+        }
+    }
+
+    /// Totals at `time` (s) within the last substep, during which they grew evenly.
+    fn between(before: &Totals, after: &Totals, time: f64) -> Totals {
+        let length = after.time - before.time;
+        let share = if length > 0.0 { ((time - before.time) / length).clamp(0.0, 1.0) } else { 1.0 };
+        let mix = |a: f64, b: f64| a + share * (b - a);
+        Totals {
+            time,
+            impulse: [mix(before.impulse[0], after.impulse[0]), mix(before.impulse[1], after.impulse[1])],
+            work: mix(before.work, after.work),
+            substeps: after.substeps,
+        }
+    }
+}
+
+/// What a session keeps beside its solver.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Course {
+    /// The scene as built.
     scene: Scene,
+    /// Time at which the solver's clock was zero (s).
+    start: f64,
+    /// Last communication point, since the start (s).
     time: f64,
     inputs: Inputs,
     slopes: Inputs,
+    /// Time since the start at which the inputs were given (s).
+    inputs_time: f64,
+    /// Totals at the last communication point, and before the last substep.
+    at_point: Totals,
+    before_substep: Totals,
+    /// Cutting force behind the filter (N), now and its extremes in this communication step.
+    filtered_force: f64,
+    force_range: Option<[f64; 2]>,
     outputs: Outputs,
+    results: Option<ResultsWriter>,
+}
+
+/// One run of one scene.
+pub struct Session {
+    course: Course,
+    solver: Box<dyn Solver>,
+}
+
+impl Clone for Session {
+    fn clone(&self) -> Self {
+        Session { course: self.course.clone(), solver: self.solver.fork() }
+    }
 }
 
 impl Session {
     /// Checks the scene and builds its points, grid and tool at rest, at `start_time` (s).
     ///
     /// # Errors
-    /// A value out of range, values that do not go together, or an effect that this version does not have.
+    /// A value out of range, values that do not go together, an effect that this version does not have, or a
+    /// results directory that cannot be used.
     pub fn new(scene: &Scene, start_time: f64) -> Result<Self, Error> {
-        let inputs = scene.inputs;
-        let slopes = Inputs { tool_velocity: 0.0, feed: 0.0, friction: 0.0 };
-        Ok(Session { scene: scene.clone(), time: start_time, inputs, slopes, outputs: Outputs::default() })
+        Self::with_parameters(scene, start_time, &[])
+    }
+
+    /// The same; `parameters` (names and values in use) are written into every results file.
+    ///
+    /// # Errors
+    /// As `new`.
+    pub fn with_parameters(scene: &Scene, start_time: f64, parameters: &[(String, String)]) -> Result<Self, Error> {
+        let scene = composition::check(scene)?;
+        let solver = composition::build(&scene)?;
+        let results = ResultsWriter::new(&scene, parameters)?;
+        let course = Course {
+            start: start_time,
+            time: 0.0,
+            inputs: scene.inputs,
+            slopes: Inputs { tool_velocity: 0.0, feed: 0.0, friction: 0.0 },
+            inputs_time: 0.0,
+            at_point: Totals::default(),
+            before_substep: Totals::default(),
+            filtered_force: 0.0,
+            force_range: None,
+            outputs: Outputs::default(),
+            results,
+            scene,
+        };
+        let mut session = Session { course, solver };
+        session.survey();
+        Ok(session)
     }
 
     /// The scene as built (a library material's constants filled in).
     pub fn scene(&self) -> &Scene {
-        &self.scene
+        &self.course.scene
     }
 
     /// The last communication point (s).
     pub fn time(&self) -> f64 {
-        self.time
+        self.course.start + self.course.time
+    }
+
+    /// Checks inputs that depend on the scene.
+    ///
+    /// # Errors
+    /// `Error::OutOfRange` for a feed that leaves less than two cells below the tool.
+    pub fn check_inputs(&self, inputs: &Inputs) -> Result<(), Error> {
+        composition::check_feed(&self.course.scene, inputs.feed)
     }
 
     /// Inputs from the present communication point on; slopes (per second) are all zero unless given.
     pub fn set_inputs(&mut self, inputs: Inputs, slopes: Inputs) {
-        self.inputs = inputs;
-        self.slopes = slopes;
+        let course = &mut self.course;
+        course.inputs = inputs;
+        course.slopes = slopes;
+        course.inputs_time = course.time;
     }
 
     /// Runs the substeps up to the communication point `time` (s) and updates the outputs.
@@ -124,36 +171,294 @@ impl Session {
     ///
     /// # Errors
     /// `Error::Unstable` when the solver cannot go on, `Error::File` when a result cannot be written.
-    pub fn advance_to(&mut self, time: f64, _watch: &mut dyn FnMut(f64) -> bool) -> Result<Advance, Error> {
-        self.time = time;
+    pub fn advance_to(&mut self, time: f64, watch: &mut (dyn FnMut(f64) -> bool + Send)) -> Result<Advance, Error> {
+        let end = time - self.course.start;
+        if !self.is_behind(end) {
+            return self.communicate(end, Advance::Reached);
+        }
+        let threads = self.threads();
+        let advance = if threads == 1 {
+            self.run_to(end, false, watch)
+        } else {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let spawned = pool.build_scoped(
+                |thread| thread.run(),
+                |pool| pool.install(|| self.run_to(end, true, watch)),
+            );
+            // Without threads of our own (a sandbox, a limit on processes) the work is done on the caller's.
+            match spawned {
+                Ok(advance) => advance,
+                Err(_) => self.run_to(end, false, watch),
+            }
+        }?;
+        let reached = match advance {
+            Advance::Reached => end,
+            Advance::StoppedAt(clock) => clock - self.course.start,
+        };
+        self.communicate(reached, advance)
+    }
+
+    /// Whether the solver's clock has not reached `end`; a billionth of a substep is rounding.
+    fn is_behind(&self, end: f64) -> bool {
+        let progress = self.solver.progress();
+        progress.clock < end - 1e-9 * progress.last_step
+    }
+
+    /// Threads that pay for this scene.
+    fn threads(&self) -> usize {
+        let available = std::thread::available_parallelism().map_or(1, usize::from);
+        let asked = self.course.scene.numerics.threads;
+        let most = if asked > 0 { asked as usize } else { available };
+        most.min(self.solver.points() / POINTS_PER_THREAD).max(1)
+    }
+
+    /// Substeps until the clock reaches `end` or someone stops it.
+    fn run_to(&mut self, end: f64, parallel: bool, watch: &mut (dyn FnMut(f64) -> bool + Send)) -> Result<Advance, Error> {
+        let started = Instant::now();
+        let mut watched = started;
+        let limit = self.course.scene.numerics.wall_time_limit;
+        while self.is_behind(end) {
+            self.write_due_frame()?;
+            self.substep(parallel)?;
+            let now = Instant::now();
+            if limit > 0.0 && (now - started).as_secs_f64() > limit && self.is_behind(end) {
+                return Ok(Advance::StoppedAt(self.course.start + self.solver.progress().clock));
+            }
+            if now - watched > WATCH_INTERVAL {
+                watched = now;
+                let clock = self.course.start + self.solver.progress().clock;
+                if !watch(clock) && self.is_behind(end) {
+                    return Ok(Advance::StoppedAt(clock));
+                }
+            }
+        }
+        self.write_due_frame()?;
         Ok(Advance::Reached)
+    }
+
+    /// One substep with the inputs of its start, and the filtered force after it.
+    fn substep(&mut self, parallel: bool) -> Result<(), Error> {
+        let course = &mut self.course;
+        let before = Totals::of(self.solver.progress());
+        let drive = course.drive(self.solver.as_ref());
+        self.solver.step(&drive, parallel)?;
+        let after = Totals::of(self.solver.progress());
+        let dt = after.time - before.time;
+        let force = (before.impulse[0] - after.impulse[0]) / dt;
+        course.filtered_force += dt / (FORCE_FILTER + dt) * (force - course.filtered_force);
+        let [low, high] = course.force_range.unwrap_or([course.filtered_force; 2]);
+        course.force_range = Some([low.min(course.filtered_force), high.max(course.filtered_force)]);
+        course.before_substep = before;
+        Ok(())
+    }
+
+    /// Outputs at the communication point `end` (since the start, s).
+    fn communicate(&mut self, end: f64, advance: Advance) -> Result<Advance, Error> {
+        let after = Totals::of(self.solver.progress());
+        let ran = after.substeps > self.course.at_point.substeps;
+        if ran {
+            self.survey();
+        }
+        let course = &mut self.course;
+        let now = Totals::between(&course.before_substep, &after, end);
+        let last = course.at_point;
+        let outputs = &mut course.outputs;
+        let span = now.time - last.time;
+        if span > 0.0 {
+            // The tool pushes the workpiece; the workpiece pushes back.
+            outputs.cutting_force = (last.impulse[0] - now.impulse[0]) / span;
+            outputs.thrust_force = (last.impulse[1] - now.impulse[1]) / span;
+            outputs.cutting_power = (now.work - last.work) / span;
+        }
+        let [low, high] = course.force_range.take().unwrap_or([course.filtered_force; 2]);
+        (outputs.cutting_force_min, outputs.cutting_force_max) = (low, high);
+        outputs.substeps = i32::try_from(after.substeps - last.substeps).unwrap_or(i32::MAX);
+        let removed = course.inputs.tool_velocity.abs() * course.outputs_feed() * course.scene.workpiece.width;
+        let outputs = &mut course.outputs;
+        outputs.specific_cutting_energy = if outputs.chip_thickness > 0.0 && removed > 0.0 {
+            outputs.cutting_power / removed
+        } else {
+            0.0
+        };
+        course.at_point = now;
+        course.time = end;
+        Ok(advance)
+    }
+
+    /// Outputs that describe the state: energies, chip, extremes.
+    fn survey(&mut self) {
+        let progress = self.solver.progress();
+        let tool = self.solver.tool();
+        let course = &mut self.course;
+        let workpiece = &course.scene.workpiece;
+        let feed = (workpiece.height - tool.position[1]).max(0.0);
+        let mut survey = Survey::new();
+        self.solver.visit_points(&mut |point| survey.count(point, tool, feed));
+        let ledger = &progress.ledger;
+        let constants = &course.scene.material.constants;
+        let outputs = &mut course.outputs;
+        outputs.chip_temperature = survey.chip_temperature().unwrap_or(workpiece.initial_temperature);
+        outputs.chip_temperature_peak = survey.peak_temperature;
+        outputs.peak_strain = survey.peak_strain;
+        outputs.peak_strain_p999 = survey.strain_p999();
+        outputs.chip_thickness = survey.chip_thickness(feed, workpiece.width);
+        outputs.shear_angle = shear_angle(feed, outputs.chip_thickness, course.scene.tool.rake_angle);
+        outputs.contact_length = progress.contact_reach;
+        outputs.cut_length = progress.cut_length;
+        outputs.tool_work = ledger.tool_work;
+        outputs.kinetic_energy = survey.kinetic;
+        outputs.elastic_energy = survey.elastic;
+        outputs.plastic_work = ledger.plastic_work;
+        outputs.friction_work = ledger.friction_work;
+        outputs.damping = ledger.damping;
+        outputs.contact_loss = ledger.contact_loss;
+        outputs.retired_energy = ledger.retired_energy;
+        outputs.thermal_energy = survey.heat + ledger.retired_heat;
+        // Before the tool has worked: what a feed × feed × width block holds elastically at yield.
+        let yield_energy = constants.yield_stress.powi(2) / (2.0 * constants.youngs_modulus);
+        let scale = ledger.tool_work.abs().max(feed * feed * workpiece.width * yield_energy);
+        let imbalance = ledger.imbalance(survey.kinetic, survey.elastic);
+        outputs.balance_error = if scale > 0.0 { imbalance / scale } else { 0.0 };
+        outputs.time_step = progress.last_step;
+        outputs.active_points = i32::try_from(survey.points).unwrap_or(i32::MAX);
+        outputs.retired_points = i32::try_from(ledger.retired_points).unwrap_or(i32::MAX);
+        outputs.min_jacobian = survey.min_jacobian;
+        [outputs.tool_position_x, outputs.tool_position_y] = tool.position;
+        let has_chip = survey.chip_temperature().is_some();
+        outputs.chip_state = match progress.touches {
+            [_, false] => 1,
+            [true, _] if has_chip && progress.cut_length > feed => 3,
+            [true, _] => 2,
+            [false, _] => 4,
+        };
     }
 
     /// Outputs at the last communication point.
     pub fn outputs(&self) -> &Outputs {
-        &self.outputs
+        &self.course.outputs
     }
 
     /// The points' fields at the solver's clock.
     pub fn point_fields(&self) -> PointFields {
-        PointFields::default()
+        let mut fields = PointFields { time: self.course.start + self.solver.progress().clock, ..Default::default() };
+        let mut points = Vec::with_capacity(self.solver.points());
+        self.solver.visit_points(&mut |point| points.push(*point));
+        points.sort_unstable_by_key(|point| point.id);
+        for point in points {
+            fields.id.push(point.id);
+            fields.position.push(point.position);
+            fields.velocity.push(point.velocity);
+            fields.stress.push(point.report.stress);
+            fields.plastic_strain.push(point.report.plastic_strain);
+            fields.temperature.push(point.report.temperature);
+            fields.jacobian.push(point.report.jacobian);
+        }
+        let tool = self.solver.tool();
+        let outline = tool.shape.outline(16).into_iter();
+        fields.tool_outline = outline.map(|[x, y]| [x + tool.position[0], y + tool.position[1]]).collect();
+        fields
+    }
+
+    fn write_due_frame(&mut self) -> Result<(), Error> {
+        let time = self.course.start + self.solver.progress().clock;
+        if self.course.results.as_ref().is_some_and(|results| results.due(time)) {
+            self.survey();
+            let fields = self.point_fields();
+            if let Some(results) = &mut self.course.results {
+                results.write_frame(&fields, &self.course.outputs)?;
+            }
+        }
+        Ok(())
     }
 
     /// One line that says which effects run and why.
     pub fn effects_summary(&self) -> String {
-        String::new()
+        composition::effects_summary(&self.course.scene)
+    }
+
+    /// What the results writer has to say at the start, if there is one.
+    pub fn results_notice(&self) -> Option<&str> {
+        self.course.results.as_ref().map(ResultsWriter::notice)
     }
 
     /// The whole state as bytes, with version, length and checksum.
     pub fn save(&self) -> Vec<u8> {
-        Vec::new()
+        let saved = SavedRef { course: &self.course, progress: self.solver.progress(), bulk: &self.solver.bulk() };
+        let body = postcard::to_stdvec(&saved).expect("plain data always serialises to memory");
+        let mut bytes = Vec::with_capacity(body.len() + HEAD);
+        bytes.extend_from_slice(&MAGIC);
+        bytes.extend_from_slice(&(body.len() as u64).to_le_bytes());
+        bytes.extend_from_slice(&crc32fast::hash(&body).to_le_bytes());
+        bytes.extend_from_slice(&body);
+        bytes
     }
 
     /// A session from `save`d bytes, of the same version of the program.
     ///
     /// # Errors
     /// `Error::DamagedState` when anything does not fit.
-    pub fn restore(_bytes: &[u8]) -> Result<Self, Error> {
-        Err(Error::DamagedState("not written yet".into()))
+    pub fn restore(bytes: &[u8]) -> Result<Self, Error> {
+        let damaged = |text: &str| Error::DamagedState(text.into());
+        let (head, body) = bytes.split_at_checked(HEAD).ok_or_else(|| damaged("it is shorter than its head"))?;
+        if head[..8] != MAGIC {
+            return Err(damaged(&format!("it is not a state of swarf {}", crate::VERSION)));
+        }
+        let number = |range: std::ops::Range<usize>| {
+            head[range].iter().rev().fold(0_u64, |sum, &byte| sum << 8 | u64::from(byte))
+        };
+        if number(8..16) != body.len() as u64 {
+            return Err(damaged(&format!("it has {} bytes where {} are announced", body.len(), number(8..16))));
+        }
+        if number(16..20) != u64::from(crc32fast::hash(body)) {
+            return Err(damaged("its checksum does not fit"));
+        }
+        let saved: Saved = postcard::from_bytes(body).map_err(|_| damaged("its content cannot be read"))?;
+        let scene = composition::check(&saved.course.scene).map_err(|error| damaged(&error.to_string()))?;
+        let mut solver = composition::build(&scene)?;
+        solver.restore(&saved.bulk, &saved.progress)?;
+        Ok(Session { course: saved.course, solver })
     }
+}
+
+impl Course {
+    /// The tool's motion in the substep that starts now.
+    ///
+    /// Vertically the tool follows the slope of the feed exactly, and makes up a jump no faster than
+    /// `tool.feed_rate_limit`.
+    fn drive(&self, solver: &dyn Solver) -> Drive {
+        let since = solver.progress().clock - self.inputs_time;
+        let at = |value: f64, slope: f64| value + slope * since;
+        let speed = at(self.inputs.tool_velocity, self.slopes.tool_velocity);
+        let feed = at(self.inputs.feed, self.slopes.feed);
+        let friction = at(self.inputs.friction, self.slopes.friction).max(0.0);
+        let limit = self.scene.tool.feed_rate_limit;
+        let deviation = self.scene.workpiece.height - feed - solver.tool().position[1];
+        let trial = Drive { velocity: [-speed, limit], friction };
+        let catch_up = (deviation / solver.time_step(&trial)).clamp(-limit, limit);
+        Drive { velocity: [-speed, catch_up - self.slopes.feed], friction }
+    }
+
+    /// Feed that the last substep cut at (m).
+    fn outputs_feed(&self) -> f64 {
+        (self.scene.workpiece.height - self.outputs.tool_position_y).max(0.0)
+    }
+}
+
+/// First bytes of a serialised state: format 1.
+const MAGIC: [u8; 8] = *b"swarfst1";
+/// Bytes before the body: magic, length, checksum.
+const HEAD: usize = 20;
+
+#[derive(Serialize)]
+struct SavedRef<'a> {
+    course: &'a Course,
+    progress: &'a Progress,
+    bulk: &'a Bulk,
+}
+
+#[derive(Deserialize)]
+struct Saved {
+    course: Course,
+    progress: Progress,
+    bulk: Bulk,
 }

@@ -1,2 +1,90 @@
-//! Set-up and the project's commands.
-fn main() {}
+//! Set-up and the project's commands: `cargo xtask cut`, `cargo xtask test` and their parts.
+//!
+//! Every command fetches and builds what it needs into the repository's own folders (`.venv`, `target`).
+
+mod describe;
+mod package;
+mod process;
+mod setup;
+mod test;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+cargo xtask COMMAND
+
+  cut [--paper | --quick] [--set NAME=VALUE]... [--stop S] [--step S] [--out DIR]
+            package swarf.fmu and run a cut through it: tables, plots and pictures in target/cut
+            --paper   120,000 points, as the paper          --quick   about 1,900 points, a first look
+            --set     any parameter or input of the FMU, e.g. --set friction=0 --set feed=5e-4
+            --stop    end (s); otherwise 2 mm of travel     --step    communication step (s)
+  test      formatting, clippy, unit, integration and FMU tests, pytest with FMPy
+  package   build target/swarf.fmu
+  describe [--check]   write modelDescription/modelDescription.xml, or fail where it is stale
+  readme [--check]     write the variable table in README.md, or fail where it is stale
+  setup     the Python environment alone
+  env       shell lines that let plain `cargo` build the master: eval \"$(cargo xtask env)\"
+";
+
+/// What a command gives: nothing, or a text that says what failed and what to do.
+type Outcome<T = ()> = Result<T, String>;
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let outcome = match words.as_slice() {
+        ["cut", rest @ ..] => cut(rest),
+        ["test"] => test::run(),
+        ["package"] => package::build().map(|_| ()),
+        ["describe"] => describe::description(false),
+        ["describe", "--check"] => describe::description(true),
+        ["readme"] => describe::readme(false),
+        ["readme", "--check"] => describe::readme(true),
+        ["setup"] => setup::prepare().map(|_| ()),
+        ["env"] => setup::prepare().map(|tools| print!("{}", tools.shell_lines())),
+        [] | ["help" | "--help" | "-h"] => {
+            print!("{USAGE}");
+            Ok(())
+        }
+        other => Err(format!("unknown command '{}'\n\n{USAGE}", other.join(" "))),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(text) => {
+            eprintln!("xtask: {text}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Packages the FMU and runs it through the embedded master.
+fn cut(arguments: &[&str]) -> Outcome {
+    let tools = setup::prepare()?;
+    let fmu = package::build()?;
+    println!("xtask: building the master");
+    let mut build = process::cargo(&["build", "--release", "--package", "swarf-master"]);
+    // The master waits for the FMU, which brings its own optimised library: link quickly instead.
+    build.args(["--config", "profile.release.lto=\"off\"", "--config", "profile.release.codegen-units=16"]);
+    process::run(tools.apply(&mut build))?;
+    let master = target().join("release").join(format!("swarf-master{}", std::env::consts::EXE_SUFFIX));
+    let mut command = std::process::Command::new(master);
+    command.arg(fmu).args(arguments);
+    if !arguments.contains(&"--out") {
+        command.arg("--out").arg(root().join("target/cut"));
+    }
+    process::become_it(command)
+}
+
+/// The repository's folder.
+fn root() -> PathBuf {
+    let manifest =
+        std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into());
+    let folder = PathBuf::from(manifest);
+    folder.parent().map(PathBuf::from).unwrap_or(folder)
+}
+
+/// Cargo's folder for what it builds.
+fn target() -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), |path| root().join(path))
+}

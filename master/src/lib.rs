@@ -1,0 +1,11 @@
+//! The embedded master: runs swarf.fmu through the `fmi` crate and reports what came out.
+
+pub mod description;
+pub mod fmu;
+pub mod history;
+pub mod messages;
+pub mod options;
+pub mod report;
+pub mod run;
+
+pub use fmu::{Fmu, Instance, Step};

@@ -1,0 +1,210 @@
+//! The run itself: parameters in, communication steps, a line of the history after each.
+
+use std::io::IsTerminal;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use cpu_time::ProcessTime;
+use indicatif::{ProgressBar, ProgressStyle};
+use swarf::results::history_head;
+
+use crate::fmu::{Fmu, Instance, Step, output_variables};
+use crate::history::History;
+use crate::messages;
+use crate::options::Options;
+
+/// Travel of the paper's cut (m).
+const TRAVEL: f64 = 2e-3;
+/// Travel between two frames of the fields (m).
+const FRAME_TRAVEL: f64 = 1e-4;
+
+/// What a run gave.
+pub struct Cut {
+    /// Its table.
+    pub history: History,
+    /// All parameters and inputs as the FMU had them.
+    pub parameters: Vec<(String, String)>,
+    /// How it ended.
+    pub ending: Ending,
+    /// Processor time of all threads (s).
+    pub cpu_seconds: f64,
+    /// Time on the clock (s).
+    pub wall_seconds: f64,
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ending {
+    /// At the time asked for.
+    Complete,
+    /// By Ctrl-C.
+    Interrupted,
+    /// The FMU could not go on.
+    Failed(String),
+}
+
+/// Runs the cut.
+///
+/// # Errors
+/// When it cannot begin, or a file cannot be written.
+pub fn run(options: &Options) -> Result<Cut, String> {
+    let stop_asked = watch_for_interrupt();
+    let out =
+        std::path::absolute(&options.out).map_err(|e| format!("--out '{}': {e}", options.out.display()))?;
+    std::fs::create_dir_all(&out).map_err(|e| format!("cannot make '{}': {e}", out.display()))?;
+    let fmu = Fmu::load(&options.fmu)?;
+    let mut instance = fmu.instantiate(messages::INSTANCE)?;
+    for (name, value) in &options.set {
+        instance.set_text(name, value)?;
+    }
+    let velocity = start_velocity(options, &fmu)?;
+    if !options.set.iter().any(|pair| pair.0 == "results.directory") {
+        instance.set_text("results.directory", &out.join("fields").display().to_string())?;
+        if velocity > 0.0 && !options.set.iter().any(|pair| pair.0 == "results.interval") {
+            instance.set_text("results.interval", &format!("{:e}", FRAME_TRAVEL / velocity))?;
+        }
+    }
+    let travel_time = if velocity > 0.0 { TRAVEL / velocity } else { fmu.description.stop_time };
+    let stop = options.stop.unwrap_or(travel_time);
+    // Four steps a cell resolve the force; the solver's own clock does not care.
+    let step = options.step.unwrap_or(fmu.description.step_size.min(stop / 400.0));
+    instance.initialize(0.0, stop)?;
+
+    let parameters = instance.parameters()?;
+    messages::into_file(&out.join("messages.log"), &history_head(&parameters))?;
+    let names: Vec<String> = output_variables(&fmu.description).iter().map(|v| v.name.clone()).collect();
+    let mut history = History::begin(&out.join("history.csv"), &parameters, &names)?;
+    let (cpu, wall) = (ProcessTime::now(), Instant::now());
+    let ending = steps(&mut instance, &mut history, stop, step, &stop_asked)?;
+    let (cpu_seconds, wall_seconds) = (cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64());
+    if ending == Ending::Complete {
+        instance_terminate(&mut instance);
+    } else {
+        let (lines, path, travel) = (history.len(), history.path.display(), 1e3 * history.last("travel"));
+        eprintln!(
+            "swarf-master: ended at {travel:.3} mm of travel; '{path}' is complete up to there ({lines} lines)"
+        );
+    }
+    Ok(Cut { history, parameters, ending, cpu_seconds, wall_seconds })
+}
+
+/// The cutting speed at the start (m/s): what was set, or the description's start value.
+///
+/// An FMU gives no value before it is initialized.
+fn start_velocity(options: &Options, fmu: &Fmu) -> Result<f64, String> {
+    let set = options.set.iter().rfind(|pair| pair.0 == "tool_velocity").map(|pair| pair.1.clone());
+    let text =
+        set.or_else(|| fmu.description.variable("tool_velocity").ok()?.start.clone()).unwrap_or_default();
+    text.parse().map_err(|_| format!("tool_velocity = '{text}': a number in m/s is needed"))
+}
+
+/// Steps to the end; a line of the history at every communication point.
+fn steps(
+    instance: &mut Instance,
+    history: &mut History,
+    stop: f64,
+    step: f64,
+    stop_asked: &AtomicBool,
+) -> Result<Ending, String> {
+    let start_position = instance.get("tool_position_x")?;
+    let mut line = |instance: &mut Instance, time: f64| -> Result<f64, String> {
+        let travel = start_position - instance.get("tool_position_x")?;
+        let mut row = vec![time, travel];
+        row.extend(instance.outputs()?);
+        history.add(row)?;
+        Ok(travel)
+    };
+    line(instance, 0.0)?;
+    // A last step shorter than a thousandth is rounding.
+    let count = (stop / step - 1e-3).ceil().max(1.0) as u64;
+    let bar = progress_bar(count);
+    let mut ending = Ending::Complete;
+    let mut time = 0.0;
+    'run: for number in 1..=count {
+        // Multiples of the step, not sums of it: no rounding piles up.
+        let goal = if number == count { stop } else { number as f64 * step };
+        while time < goal {
+            if stop_asked.load(Ordering::Relaxed) {
+                ending = Ending::Interrupted;
+                break 'run;
+            }
+            match instance.step(time, goal - time) {
+                Ok(Step::Done) => time = goal,
+                Ok(Step::StoppedAt(reached)) => time = reached,
+                Err(text) => {
+                    ending = Ending::Failed(text);
+                    break 'run;
+                }
+            }
+        }
+        let travel = line(instance, time)?;
+        bar.advance(number, travel);
+    }
+    bar.end();
+    Ok(ending)
+}
+
+/// A bar on a terminal, a line every tenth elsewhere.
+struct Progress {
+    bar: Option<ProgressBar>,
+    count: u64,
+    begin: Instant,
+}
+
+fn progress_bar(count: u64) -> Progress {
+    let bar = std::io::stderr().is_terminal().then(|| {
+        let bar = ProgressBar::new(count);
+        let style =
+            ProgressStyle::with_template("{msg:>14} [{bar:40}] {percent:>3} %  {elapsed} gone, {eta} left");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "));
+        bar.enable_steady_tick(Duration::from_millis(500));
+        bar
+    });
+    messages::around(bar.as_ref());
+    Progress { bar, count, begin: Instant::now() }
+}
+
+impl Progress {
+    fn advance(&self, number: u64, travel: f64) {
+        let text = format!("{:.3} mm", 1e3 * travel);
+        if let Some(bar) = &self.bar {
+            bar.set_message(text);
+            bar.set_position(number);
+        } else if (10 * number) / self.count > (10 * (number - 1)) / self.count {
+            let gone = self.begin.elapsed().as_secs_f64();
+            let left = gone * (self.count - number) as f64 / number as f64;
+            eprintln!("{text}, {:3} %, {gone:.0} s gone, {left:.0} s left", 100 * number / self.count);
+        }
+    }
+
+    fn end(&self) {
+        messages::around(None);
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// The first Ctrl-C asks for an end at the next communication point; the second ends at once.
+fn watch_for_interrupt() -> Arc<AtomicBool> {
+    let asked = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&asked);
+    let watched = ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        eprintln!("\nswarf-master: stopping at the next communication point (Ctrl-C again: at once)");
+    });
+    if let Err(e) = watched {
+        eprintln!("swarf-master: Ctrl-C will end the run at once ({e})");
+    }
+    asked
+}
+
+fn instance_terminate(instance: &mut Instance) {
+    use fmi::fmi2::instance::Common;
+    if let Err(e) = instance.raw.terminate() {
+        eprintln!("swarf-master: the FMU did not end in order ({e})");
+    }
+}

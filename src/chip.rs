@@ -1,0 +1,123 @@
+//! What a machinist asks of the points: the chip's temperature, strain, thickness and shear angle.
+//!
+//! The chip is the material above the machined surface whose equivalent plastic strain exceeds 0.05.
+
+use crate::contact::RigidTool;
+use crate::simulation::PointView;
+
+/// Equivalent plastic strain from which material above the machined surface is chip (-).
+const CHIP_STRAIN: f64 = 0.05;
+/// Chip thickness is measured between these distances along the rake face, in feeds: above the shear zone, whose
+/// upper end is one feed up at a rake angle of zero.
+const STRIP: [f64; 2] = [1.0, 1.5];
+
+/// Sums over all points at one time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Survey {
+    /// Kinetic energy (J).
+    pub kinetic: f64,
+    /// Elastic energy (J).
+    pub elastic: f64,
+    /// Heat stored since the start (J).
+    pub heat: f64,
+    /// Number of points.
+    pub points: usize,
+    /// Smallest volume ratio det F (-).
+    pub min_jacobian: f64,
+    /// Highest temperature (K).
+    pub peak_temperature: f64,
+    /// Highest equivalent plastic strain (-).
+    pub peak_strain: f64,
+    /// Equivalent plastic strains above zero.
+    strains: Vec<f64>,
+    chip_mass: f64,
+    chip_heat: f64,
+    strip_volume: f64,
+    strip_reach: f64,
+}
+
+impl Survey {
+    /// Nothing yet.
+    pub fn new() -> Self {
+        Survey { min_jacobian: f64::MAX, ..Survey::default() }
+    }
+
+    /// Counts one point.
+    ///
+    /// * `feed`: depth of the tool's lowest point below the workpiece's top (m)
+    pub fn count(&mut self, point: &PointView, tool: &RigidTool, feed: f64) {
+        let report = &point.report;
+        let square: f64 = point.velocity.iter().map(|v| v * v).sum();
+        self.kinetic += 0.5 * point.mass * square;
+        self.elastic += point.volume * report.elastic_energy;
+        self.heat += point.volume * report.heat;
+        self.points += 1;
+        self.min_jacobian = self.min_jacobian.min(report.jacobian);
+        self.peak_temperature = self.peak_temperature.max(report.temperature);
+        self.peak_strain = self.peak_strain.max(report.plastic_strain);
+        if report.plastic_strain <= 0.0 {
+            return;
+        }
+        self.strains.push(report.plastic_strain);
+        if point.position[1] <= tool.position[1] || report.plastic_strain <= CHIP_STRAIN {
+            return;
+        }
+        self.chip_mass += point.mass;
+        self.chip_heat += point.mass * report.temperature;
+        let from_edge = [point.position[0] - tool.position[0], point.position[1] - tool.position[1]];
+        let dot = |a: [f64; 2]| from_edge[0] * a[0] + from_edge[1] * a[1];
+        let (along, across) = (dot(tool.shape.rake_direction()), dot(tool.shape.rake_normal()));
+        // A chip is at most a few feeds thick; further away it has curled back over the workpiece.
+        if (0.0..4.0 * feed).contains(&across) || (across < 0.0 && across > -0.1 * feed) {
+            self.strip_reach = self.strip_reach.max(along);
+            if along >= STRIP[0] * feed && along < STRIP[1] * feed {
+                self.strip_volume += point.volume * report.jacobian;
+            }
+        }
+    }
+
+    /// Mass-weighted mean temperature of the chip (K), if there is one.
+    pub fn chip_temperature(&self) -> Option<f64> {
+        (self.chip_mass > 0.0).then(|| self.chip_heat / self.chip_mass)
+    }
+
+    /// Mean chip thickness normal to the rake face (m); 0 before the chip reaches past the strip.
+    pub fn chip_thickness(&self, feed: f64, width: f64) -> f64 {
+        if feed > 0.0 && self.strip_reach >= STRIP[1] * feed {
+            self.strip_volume / (width * (STRIP[1] - STRIP[0]) * feed)
+        } else {
+            0.0
+        }
+    }
+
+    /// The 99.9th percentile of the equivalent plastic strain over points that have yielded (-).
+    pub fn strain_p999(&mut self) -> f64 {
+        if self.strains.is_empty() {
+            return 0.0;
+        }
+        let rank = (0.999 * self.strains.len() as f64).ceil() as usize - 1;
+        *self.strains.select_nth_unstable_by(rank, f64::total_cmp).1
+    }
+}
+
+/// Shear angle (rad) from the chip thickness ratio r = feed / thickness and the rake angle γ:
+/// tan φ = r cos γ / (1 − r sin γ); 0 without a chip.
+pub fn shear_angle(feed: f64, thickness: f64, rake: f64) -> f64 {
+    if thickness <= 0.0 {
+        return 0.0;
+    }
+    let ratio = feed / thickness;
+    (ratio * rake.cos()).atan2(1.0 - ratio * rake.sin())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// With a chip as thick as the feed and no rake the shear plane stands at 45 degrees.
+    #[test]
+    fn equal_thickness_shears_at_45_degrees() {
+        let angle = shear_angle(3e-4, 3e-4, 0.0);
+        assert!((angle - std::f64::consts::FRAC_PI_4).abs() < 1e-15, "shear angle = {angle}");
+    }
+}

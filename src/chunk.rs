@@ -1,0 +1,321 @@
+//! A run of sorted points with its own copy of the nodes around them: the unit of parallel work.
+//!
+//! ```text
+//!   points, sorted:   │ chunk 0 │ chunk 1 │ chunk 2 │
+//!   its nodes:       ├───────────┤
+//!                            ├───────────┤            a few pencils of overlap
+//!                                      ├───────────┤
+//! ```
+//!
+//! A chunk adds up, on its own nodes, what all chunks deposited there in the last substep, always in the order of
+//! the chunks; solves the momentum equation; and moves its points, which deposit into a buffer of its own. It reads
+//! only the deposits of the last substep and writes only its own, so a substep needs no lock and one meeting of the
+//! threads, and its result does not depend on how many there are. On the overlap neighbours do the same work twice
+//! and get the same bits; sums over nodes count those that a chunk owns.
+
+use crate::contact::{ContactLaw, Correction, RigidTool};
+use crate::dimension::Dimension;
+use crate::grid::{self, FixedNodes, Layout, MARGIN, Record};
+use crate::material::ConstitutiveModel;
+use crate::points::Block;
+use crate::shape::ShapeFunction;
+use crate::simd::{InstructionSet, Kernel, Real, Simd, dispatch};
+use crate::transfer::{NodeRun, PassSums, PointsPass};
+use std::ops::Range;
+
+/// What a chunk's nodes add up in one substep, over the nodes it owns.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NodeSums {
+    /// ½ Σ m |Δv|² (J).
+    pub increment_energy: f64,
+    /// Impulse of the tool on the workpiece (N s).
+    pub tool_impulse: [f64; 2],
+    /// Work of that impulse at the tool's velocity (J).
+    pub tool_work: f64,
+    /// Friction work (J), at least 0.
+    pub friction_work: f64,
+    /// ½ Σ m |Δv|² along the directions that contact or a wall prescribes (J): inelastic impact.
+    pub contact_loss: f64,
+    /// Furthest coordinate of contact along the rake face (m).
+    pub contact_reach: f64,
+    /// Whether any node is in contact.
+    pub touches: bool,
+}
+
+/// Sums of one chunk in one substep.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ChunkSums {
+    /// Over its nodes.
+    pub nodes: NodeSums,
+    /// Over its points.
+    pub points: PassSums,
+}
+
+/// A fixed node of a chunk.
+#[derive(Clone, Copy, Debug)]
+struct Fixed {
+    index: usize,
+    axes: [bool; 3],
+}
+
+/// A run of sorted points and the nodes around them.
+#[derive(Clone)]
+pub struct Chunk<R: Real, D: Dimension, S> {
+    /// Its points; only the last block of the last chunk may have empty places.
+    pub blocks: Vec<Block<R, D, S>>,
+    /// Velocities and increments of its nodes, and their masses.
+    nodes: NodeRun<R>,
+    /// Pencils of its nodes.
+    pencils: Range<usize>,
+    /// The nodes it owns, as indices of the layout.
+    owned: Range<usize>,
+    fixed: Vec<Fixed>,
+    /// Sums of the last substep.
+    pub sums: ChunkSums,
+}
+
+impl<R: Real, D: Dimension, S> Default for Chunk<R, D, S> {
+    fn default() -> Self {
+        Chunk {
+            blocks: Vec::new(),
+            nodes: NodeRun::default(),
+            pencils: 0..0,
+            owned: 0..0,
+            fixed: Vec::new(),
+            sums: ChunkSums::default(),
+        }
+    }
+}
+
+/// What all chunks share in one substep.
+pub struct Substep<'a, F, M, C> {
+    /// Arrangement of the nodes.
+    pub layout: &'a Layout,
+    /// Shape function.
+    pub shape: &'a F,
+    /// Constitutive model.
+    pub model: &'a M,
+    /// Contact law.
+    pub contact: &'a C,
+    /// The tool at the start of the substep.
+    pub tool: &'a RigidTool,
+    /// Nodes lighter than this (kg) stay at rest: nothing but rounding is left there.
+    pub lightest: f64,
+    /// Substep (s).
+    pub dt: f64,
+    /// Instruction set of the kernels.
+    pub instructions: InstructionSet,
+}
+
+impl<R: Real, D: Dimension, S> Chunk<R, D, S> {
+    /// Takes the nodes around its points; `first` and `last` are its lowest and highest pencil, `next` the lowest of
+    /// the following chunk (or the end), `owned_from` where the ownership of the chunk before ended.
+    ///
+    /// Returns where its ownership ends.
+    pub fn arrange(
+        &mut self,
+        layout: &Layout,
+        (first, last, next): (usize, usize, Option<usize>),
+        owned_from: usize,
+        fixed: &[FixedNodes],
+        deposits: [&mut NodeRun<R>; 2],
+    ) -> usize {
+        let plane = layout.pencils_per_plane::<D>() as usize;
+        let margin = MARGIN as usize;
+        // In space a pencil's neighbours reach one plane further and one row to each side.
+        let reach = margin * plane + if D::AXES == 3 { margin } else { 0 };
+        let count = layout.low.len();
+        self.pencils = first.saturating_sub(reach)..(last + reach + 1).min(count);
+        let nodes = layout.start[self.pencils.start]..layout.start[self.pencils.end];
+        self.nodes.reset::<D>(nodes.start, nodes.len());
+        for run in deposits {
+            run.reset::<D>(nodes.start, nodes.len());
+        }
+        // Own up to the next chunk's first pencil, but no further than the nodes reach.
+        let end_pencil = next.map_or(count, |next| next.min(self.pencils.end));
+        let end = layout.start[end_pencil].max(owned_from);
+        self.owned = owned_from.max(nodes.start)..end.min(nodes.end).max(owned_from.max(nodes.start));
+        self.fixed.clear();
+        for pencil in self.pencils.clone() {
+            for boundary in fixed {
+                let Some((low, high)) = boundary.on_pencil::<D>(layout, pencil) else { continue };
+                let existing = (layout.start[pencil + 1] - layout.start[pencil]) as i32;
+                let bottom = layout.low[pencil];
+                for along in low.max(bottom)..=high.min(bottom + existing - 1) {
+                    let index = (layout.offset[pencil] + along) as usize - nodes.start;
+                    self.fixed.push(Fixed { index, axes: boundary.axes });
+                }
+            }
+        }
+        end
+    }
+
+    /// One substep of this chunk: nodes from `incoming` deposits, then points, which deposit into `outgoing`.
+    pub fn substep<F: ShapeFunction<R>, M: ConstitutiveModel<R, D, State = S>, C: ContactLaw>(
+        &mut self,
+        incoming: &[NodeRun<R>],
+        outgoing: &mut NodeRun<R>,
+        common: &Substep<'_, F, M, C>,
+    ) {
+        dispatch(common.instructions, NodesPass::<R, D> {
+            nodes: &mut self.nodes,
+            incoming,
+            lightest: R::from_f64(common.lightest),
+            dt: R::from_f64(common.dt),
+            dimension: std::marker::PhantomData,
+        });
+        let mut sums = NodeSums::default();
+        self.fix_nodes(&mut sums);
+        self.touch(common, &mut sums);
+        let owned = self.owned.start - self.nodes.first..self.owned.end - self.nodes.first;
+        sums.increment_energy = grid::increment_energy::<R, D>(
+            &self.nodes.records[owned.start * D::QUADS..owned.end * D::QUADS],
+            &self.nodes.mass[owned],
+        );
+        self.sums.nodes = sums;
+        self.sums.points = self.move_points(outgoing, common);
+    }
+
+    /// Moves the points by the nodes' present velocities; with nodes at rest it only deposits.
+    fn move_points<F: ShapeFunction<R>, M: ConstitutiveModel<R, D, State = S>, C>(
+        &mut self,
+        outgoing: &mut NodeRun<R>,
+        common: &Substep<'_, F, M, C>,
+    ) -> PassSums {
+        dispatch(common.instructions, PointsPass {
+            blocks: &mut self.blocks,
+            nodes: &self.nodes,
+            deposit: outgoing,
+            layout: common.layout,
+            shape: common.shape,
+            model: common.model,
+            dt: common.dt,
+        })
+    }
+
+    /// Deposits mass, momentum and force of points that have just been sorted, without moving them.
+    pub fn deposit<F: ShapeFunction<R>, M: ConstitutiveModel<R, D, State = S>, C>(
+        &mut self,
+        outgoing: &mut NodeRun<R>,
+        common: &Substep<'_, F, M, C>,
+    ) {
+        self.nodes.clear();
+        let _ = self.move_points(outgoing, &Substep { dt: 0.0, ..*common });
+    }
+
+    /// Sets fixed components to zero; their reaction does no work, and what their motion held is lost.
+    fn fix_nodes(&mut self, sums: &mut NodeSums) {
+        for node in &self.fixed {
+            let record = &mut self.nodes.records[node.index * D::QUADS..(node.index + 1) * D::QUADS];
+            let (trial, change) = (grid::velocity::<R, D>(record), grid::increment::<R, D>(record));
+            let velocity = D::vector(|axis| if node.axes[axis] { 0.0 } else { trial[axis] });
+            let old = D::vector(|axis| trial[axis] - change[axis]);
+            grid::set_node::<R, D>(record, velocity, D::vector(|axis| velocity[axis] - old[axis]));
+            if self.owned.contains(&(self.nodes.first + node.index)) {
+                let mass = self.nodes.mass[node.index].to_f64();
+                let square: f64 = (0..D::AXES).filter(|&axis| node.axes[axis]).map(|axis| old[axis] * old[axis]).sum();
+                sums.contact_loss += 0.5 * mass * square;
+            }
+        }
+    }
+
+    /// Contact with the tool.
+    fn touch<F, M, C: ContactLaw>(&mut self, common: &Substep<'_, F, M, C>, sums: &mut NodeSums) {
+        let Substep { layout, tool, .. } = *common;
+        let (low, high) = tool.bounds();
+        let index = |axis: usize, x: f64| (x - layout.origin[axis]) / layout.cell;
+        let plane = layout.pencils_per_plane::<D>() as usize;
+        // Only nodes within the tool's box can be inside it.
+        let columns = index(0, low[0]).ceil().max(0.0) as usize..(index(0, high[0]).floor() + 1.0).max(0.0) as usize;
+        let window = (columns.start * plane).max(self.pencils.start)..(columns.end * plane).min(self.pencils.end);
+        for pencil in window {
+            let count = layout.start[pencil + 1] - layout.start[pencil];
+            let begin = layout.start[pencil].wrapping_sub(self.nodes.first);
+            for k in 0..count {
+                let position = layout.position::<D>(pencil, layout.low[pencil] + k as i32);
+                if position[1] < low[1] || position[1] > high[1] {
+                    continue;
+                }
+                let node = begin + k;
+                let mass = self.nodes.mass[node].to_f64();
+                if mass <= common.lightest {
+                    continue;
+                }
+                let record = &mut self.nodes.records[node * D::QUADS..(node + 1) * D::QUADS];
+                let trial = grid::velocity::<R, D>(record);
+                let Some(contact) = common.contact.correct::<D>(tool, [position[0], position[1]], &trial) else {
+                    continue;
+                };
+                let gain = grid::increment::<R, D>(record);
+                let old = D::vector(|axis| trial[axis] - gain[axis]);
+                let velocity = contact.velocity;
+                let change = D::vector(|axis| velocity[axis] - old[axis]);
+                grid::set_node::<R, D>(record, velocity, change);
+                if self.owned.contains(&(self.nodes.first + node)) {
+                    let impulse = D::vector(|axis| mass * (velocity[axis] - trial[axis]));
+                    let tool_work = impulse[0] * tool.velocity[0] + impulse[1] * tool.velocity[1];
+                    // The friction impulse is the tangential part; only it works on the slip.
+                    let friction = -(0..D::AXES).map(|axis| impulse[axis] * contact.slip[axis]).sum::<f64>();
+                    sums.tool_impulse[0] += impulse[0];
+                    sums.tool_impulse[1] += impulse[1];
+                    sums.tool_work += tool_work;
+                    sums.friction_work += friction;
+                    sums.contact_loss += 0.5 * mass * contact.prescribed_square(&change);
+                    sums.contact_reach = sums.contact_reach.max(contact.rake_coordinate.unwrap_or(0.0));
+                    sums.touches = true;
+                }
+            }
+        }
+    }
+}
+
+impl<D: Dimension> Correction<D> {
+    /// Square of the velocity change along the directions that contact prescribes: the normal, and all when the node
+    /// sticks.
+    fn prescribed_square(&self, change: &D::Vector<f64>) -> f64 {
+        if self.slip.as_ref().iter().all(|&component| component == 0.0) {
+            change.as_ref().iter().map(|component| component * component).sum()
+        } else {
+            (change[0] * self.normal[0] + change[1] * self.normal[1]).powi(2)
+        }
+    }
+}
+
+/// Adds up the deposits on a chunk's nodes and solves the momentum equation there.
+struct NodesPass<'a, R, D> {
+    nodes: &'a mut NodeRun<R>,
+    incoming: &'a [NodeRun<R>],
+    lightest: R,
+    dt: R,
+    dimension: std::marker::PhantomData<D>,
+}
+
+impl<R: Real, D: Dimension> Kernel<R> for NodesPass<'_, R, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd<Scalar = R>>(self) {
+        let nodes = self.nodes;
+        nodes.clear();
+        let range = nodes.first..nodes.first + nodes.len::<D>();
+        for run in self.incoming {
+            let (first, end) = (run.first.max(range.start), (run.first + run.len::<D>()).min(range.end));
+            if first >= end {
+                continue;
+            }
+            let to = first - range.start..end - range.start;
+            let from = first - run.first..end - run.first;
+            let records = &run.records[from.start * D::QUADS..from.end * D::QUADS];
+            for (sum, Record(add)) in nodes.records[to.start * D::QUADS..to.end * D::QUADS].iter_mut().zip(records) {
+                for k in 0..4 {
+                    sum.0[k] = sum.0[k] + add[k];
+                }
+            }
+            for (sum, &add) in nodes.mass[to].iter_mut().zip(&run.mass[from]) {
+                *sum = *sum + add;
+            }
+        }
+        let count = nodes.len::<D>();
+        grid::momentum_to_velocity::<R, D>(&mut nodes.records, &nodes.mass[..count], self.lightest, self.dt);
+    }
+}

@@ -1,0 +1,448 @@
+//! One instance of the FMU: its life from instantiation to termination, without a pointer.
+//!
+//! Every function checks the call order first and changes nothing when it refuses. Reading and setting variables is in
+//! `values`, FMU states are in `states`.
+
+use super::calls::{self, Call, State};
+use super::description::guid;
+use super::logging::{Categories, Category, Log, Status};
+use super::progress::{Progress, advance_and_tell};
+use super::refusal::Refusal;
+use super::saved::{Header, Model, NO_SLOPES};
+use super::states::Saved;
+use crate::composition;
+use crate::scene::{Inputs, Scene};
+use crate::session::{Advance, Session};
+use crate::variables;
+use std::collections::HashMap;
+use std::ffi::CString;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// A status, or why the call was refused.
+pub type Reply = Result<Status, Refusal>;
+
+/// Steps and stop times may differ from the instance's own clock by this share, as masters add up rounded steps (-).
+const TIME_TOLERANCE: f64 = 1e-9;
+
+/// One instance.
+pub struct Instance {
+    pub(super) model: Model,
+    pub(super) saved: HashMap<usize, Box<Saved>>,
+    /// Texts handed out by `get_string`; kept until the next such call.
+    pub(super) texts: Vec<CString>,
+    log: Box<dyn Log>,
+    categories: Categories,
+    resources: Option<PathBuf>,
+    /// When the importer was last told how far a step is; kept over steps, so that many short ones are told of as well.
+    told: Instant,
+}
+
+/// The question of `fmi2GetXStatus`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StatusKind {
+    /// How an asynchronous step stands.
+    DoStep,
+    /// Why a step is pending.
+    Pending,
+    /// How far the last step came.
+    LastSuccessfulTime,
+    /// Whether the FMU wants to end the simulation.
+    Terminated,
+}
+
+impl StatusKind {
+    /// From its number in the standard.
+    ///
+    /// # Errors
+    /// `Refusal::BadArgument` for any number but 0 to 3.
+    pub fn from_number(number: i32) -> Result<Self, Refusal> {
+        let all = [Self::DoStep, Self::Pending, Self::LastSuccessfulTime, Self::Terminated];
+        let found = usize::try_from(number).ok().and_then(|index| all.get(index).copied());
+        found.ok_or_else(|| Refusal::BadArgument(format!("status kind {number} is none of 0 to 3")))
+    }
+}
+
+impl Instance {
+    /// A new instance.
+    ///
+    /// * `identity`: the GUID that the importer read from modelDescription.xml
+    /// * `resources`: folder of the unpacked FMU's resources, if given; not needed, as the material library is built in
+    ///
+    /// # Errors
+    /// A GUID of another version of the interface.
+    pub fn new(
+        identity: &str,
+        resources: Option<PathBuf>,
+        logging_on: bool,
+        log: Box<dyn Log>,
+    ) -> Result<Self, Refusal> {
+        if identity != guid() {
+            let text = format!("GUID {identity} belongs to another version; this library has {}", guid());
+            log.log(Status::Error, Category::Error, &format!("fmi2Instantiate: {text}"));
+            return Err(Refusal::BadArgument(text));
+        }
+        let instance = Instance {
+            model: Model::default(),
+            saved: HashMap::new(),
+            texts: Vec::new(),
+            log,
+            categories: Categories::at_start(logging_on),
+            resources,
+            told: Instant::now(),
+        };
+        let place =
+            instance.resources.as_ref().map_or("none given".into(), |path| path.display().to_string());
+        let text = format!("swarf {} instantiated; resources: {place}", crate::VERSION);
+        instance.message(Status::Ok, Category::Events, &text);
+        Ok(instance)
+    }
+
+    /// Runs one call: an error goes to the log, and a panic becomes an error that spoils this instance alone.
+    pub fn run(&mut self, call: &Call, body: impl FnOnce(&mut Self) -> Reply) -> Status {
+        match catch_unwind(AssertUnwindSafe(|| body(self))) {
+            Ok(Ok(status)) => status,
+            Ok(Err(refusal)) => {
+                self.message(Status::Error, Category::Error, &format!("{}: {refusal}", call.name));
+                Status::Error
+            }
+            Err(panic) => {
+                self.model.header.state = State::Spoiled;
+                let text = panic_text(panic.as_ref());
+                let text = format!(
+                    "{}: internal error: {text}; please report it. This instance is spoiled until it is reset, \
+                     restored or freed; others are not touched",
+                    call.name
+                );
+                self.message(Status::Error, Category::Error, &text);
+                Status::Error
+            }
+        }
+    }
+
+    /// State in the call order.
+    pub fn state(&self) -> State {
+        self.model.header.state
+    }
+
+    /// Folder of the FMU's resources, if the importer gave a readable URI.
+    pub fn resources(&self) -> Option<&PathBuf> {
+        self.resources.as_ref()
+    }
+
+    /// Refuses a call that the present state does not allow.
+    pub(super) fn require(&self, call: &Call) -> Result<(), Refusal> {
+        call.check(self.model.header.state)
+    }
+
+    /// Sends a message if its category is on.
+    pub(super) fn message(&self, status: Status, category: Category, text: &str) {
+        if self.categories.is_on(category) {
+            self.log.log(status, category, text);
+        }
+    }
+
+    /// Switches log categories.
+    ///
+    /// # Errors
+    /// A category that does not exist; then none is switched.
+    pub fn set_debug_logging(&mut self, logging_on: bool, names: &[&str]) -> Reply {
+        self.require(&calls::SET_DEBUG_LOGGING)?;
+        let mut named = Vec::new();
+        for name in names {
+            let category = Category::from_name(name).ok_or_else(|| {
+                let known = Category::ALL.map(Category::name).join(", ");
+                Refusal::BadArgument(format!(
+                    "there is no log category '{name}', only {known}; none was switched"
+                ))
+            })?;
+            named.push(category);
+        }
+        self.categories = self.categories.switched(logging_on, &named);
+        Ok(Status::Ok)
+    }
+
+    /// Takes the times of the experiment (s); a tolerance means nothing to an explicit solver.
+    ///
+    /// # Errors
+    /// Times that are not finite or not in order.
+    pub fn setup_experiment(&mut self, tolerance: Option<f64>, start: f64, stop: Option<f64>) -> Reply {
+        self.require(&calls::SETUP_EXPERIMENT)?;
+        if !start.is_finite() {
+            return Err(Refusal::BadArgument(format!("start time {start} s is not a finite number")));
+        }
+        if let Some(stop) = stop.filter(|stop| !(stop.is_finite() && *stop > start)) {
+            let text = format!("stop time {stop} s does not lie after the start time {start} s");
+            return Err(Refusal::BadArgument(text));
+        }
+        if let Some(tolerance) = tolerance.filter(|tolerance| !(tolerance.is_finite() && *tolerance > 0.0)) {
+            return Err(Refusal::BadArgument(format!("tolerance {tolerance} is not a positive number")));
+        }
+        let header = &mut self.model.header;
+        (header.start, header.stop, header.time) = (start, stop, start);
+        Ok(Status::Ok)
+    }
+
+    /// Enters initialization mode.
+    ///
+    /// # Errors
+    /// A wrong call order.
+    pub fn enter_initialization_mode(&mut self) -> Reply {
+        self.require(&calls::ENTER_INITIALIZATION_MODE)?;
+        self.model.header.state = State::Initialization;
+        Ok(Status::Ok)
+    }
+
+    /// Builds the model from the parameters and starts the run.
+    ///
+    /// # Errors
+    /// What `Session::new` refuses; the instance then stays in initialization mode and values can be corrected.
+    pub fn exit_initialization_mode(&mut self) -> Reply {
+        self.require(&calls::EXIT_INITIALIZATION_MODE)?;
+        let header = &mut self.model.header;
+        let in_use = in_use(&composition::check(&header.scene)?);
+        let session = Session::with_parameters(&header.scene, header.start, &in_use)?;
+        header.time = header.start;
+        header.state = State::StepComplete;
+        self.message(Status::Ok, Category::Events, &values_text(&in_use));
+        self.message(Status::Ok, Category::Solver, &session.effects_summary());
+        if let Some(notice) = session.results_notice() {
+            self.message(Status::Ok, Category::Events, notice);
+        }
+        self.model.session = Some(session);
+        Ok(Status::Ok)
+    }
+
+    /// Ends the run; results can still be read.
+    ///
+    /// # Errors
+    /// A wrong call order.
+    pub fn terminate(&mut self) -> Reply {
+        self.require(&calls::TERMINATE)?;
+        self.model.header.state = State::Terminated;
+        let text = format!("terminated at {:e} s", self.model.header.time);
+        self.message(Status::Ok, Category::Events, &text);
+        Ok(Status::Ok)
+    }
+
+    /// Makes the instance as new; log categories and saved states stay.
+    ///
+    /// # Errors
+    /// None: every state allows it.
+    pub fn reset(&mut self) -> Reply {
+        self.require(&calls::RESET)?;
+        self.model = Model::default();
+        self.message(Status::Ok, Category::Events, "reset");
+        Ok(Status::Ok)
+    }
+
+    /// Advances from the communication point `time` by `step` (both s).
+    ///
+    /// Values and slopes of the inputs count from `time` on. A step that was cut short is gone on with from the last
+    /// successful time, under the inputs it started with. When the step is done each input holds the value it has
+    /// reached, and slopes are zero until set again.
+    ///
+    /// # Errors
+    /// A step that does not fit the clock, the stop time or the range of a sloped input is refused and changes nothing.
+    /// When the solver cannot go on, the instance enters its error state.
+    pub fn do_step(&mut self, time: f64, step: f64) -> Reply {
+        self.require(&calls::DO_STEP)?;
+        let target = check_step(&self.model.header, time, step)?;
+        let Instance { model: Model { header, session: Some(session) }, log, categories, told, .. } = self
+        else {
+            return Err(Refusal::BadArgument("the model is not built".into()));
+        };
+        let (from, slopes) = (header.time, header.slopes);
+        let end = |value: f64, slope: f64, until: f64| value + slope * (until - from);
+        check_sloped_inputs(header, session, target)?;
+        if header.state == State::StepComplete {
+            session.set_inputs(header.scene.inputs, slopes);
+        }
+        let advance = if categories.is_on(Category::Solver) {
+            let tell = |text: String| log.log(Status::Ok, Category::Solver, &text);
+            advance_and_tell(session, Progress { from, target, begun: Instant::now(), told }, tell)
+        } else {
+            session.advance_to(target, &mut |_| true)
+        };
+        let reached = match advance {
+            Ok(Advance::Reached) => target,
+            Ok(Advance::StoppedAt(clock)) => clock.clamp(from, target),
+            Err(error) => {
+                header.state = State::Failed;
+                return Err(Refusal::StepFailed(error));
+            }
+        };
+        let inputs = &mut header.scene.inputs;
+        inputs.tool_velocity = end(inputs.tool_velocity, slopes.tool_velocity, reached);
+        inputs.feed = end(inputs.feed, slopes.feed, reached);
+        inputs.friction = end(inputs.friction, slopes.friction, reached);
+        header.time = reached;
+        if reached < target {
+            header.state = State::StepDiscarded;
+            let text = format!(
+                "fmi2DoStep: stopped at {reached:e} s on the way to {target:e} s by numerics.wall_time_limit; \
+                 call it again from {reached:e} s to go on"
+            );
+            self.message(Status::Discard, Category::Discard, &text);
+            return Ok(Status::Discard);
+        }
+        header.slopes = NO_SLOPES;
+        header.state = State::StepComplete;
+        Ok(Status::Ok)
+    }
+
+    /// Ends a step in the background, of which there are none.
+    ///
+    /// # Errors
+    /// Always.
+    pub fn cancel_step(&mut self) -> Reply {
+        self.require(&calls::CANCEL_STEP)?;
+        Ok(Status::Error)
+    }
+
+    /// Answer to `fmi2GetStatus`, `fmi2GetIntegerStatus` and `fmi2GetStringStatus`, which only speak of pending steps.
+    ///
+    /// # Errors
+    /// A wrong call order. Otherwise the standard's answer to what the FMU cannot tell: discard.
+    pub fn pending_status(&mut self, call: &Call, kind: StatusKind) -> Reply {
+        self.require(call)?;
+        self.no_such_status(call, kind);
+        Ok(Status::Discard)
+    }
+
+    /// The last successful time (s), or nothing for other questions.
+    ///
+    /// # Errors
+    /// A wrong call order.
+    pub fn real_status(&mut self, kind: StatusKind) -> Result<Option<f64>, Refusal> {
+        self.require(&calls::GET_REAL_STATUS)?;
+        if kind == StatusKind::LastSuccessfulTime {
+            return Ok(Some(self.model.header.time));
+        }
+        self.no_such_status(&calls::GET_REAL_STATUS, kind);
+        Ok(None)
+    }
+
+    /// Whether the FMU wants to end the simulation (it never does), or nothing for other questions.
+    ///
+    /// # Errors
+    /// A wrong call order.
+    pub fn boolean_status(&mut self, kind: StatusKind) -> Result<Option<bool>, Refusal> {
+        self.require(&calls::GET_BOOLEAN_STATUS)?;
+        if kind == StatusKind::Terminated {
+            return Ok(Some(false));
+        }
+        self.no_such_status(&calls::GET_BOOLEAN_STATUS, kind);
+        Ok(None)
+    }
+
+    fn no_such_status(&self, call: &Call, kind: StatusKind) {
+        let text = format!("{}: {kind:?} is not known here, as no step runs in the background", call.name);
+        self.message(Status::Discard, Category::Discard, &text);
+    }
+}
+
+/// The time a step leads to (s), if it starts at the instance's clock, goes forward and ends before the stop time.
+fn check_step(header: &Header, time: f64, step: f64) -> Result<f64, Refusal> {
+    let now = header.time;
+    let refuse = |text: String| Err(Refusal::BadArgument(format!("{text}; the instance stays at {now:e} s")));
+    if !(time.is_finite() && step.is_finite()) {
+        return refuse(format!("a step from {time} s by {step} s is not finite"));
+    }
+    if step <= 0.0 {
+        return refuse(format!("a step of {step:e} s does not go forward"));
+    }
+    // Never more than a small part of the step, however late it is.
+    let tolerance = (TIME_TOLERANCE * now.abs().max(step)).min(0.01 * step);
+    if (time - now).abs() > tolerance.max(4.0 * f64::EPSILON * now.abs()) {
+        return refuse(format!("a step from {time:e} s does not start at the last communication point"));
+    }
+    let target = time + step;
+    if !(target.is_finite() && target > now) {
+        return refuse(format!("a step of {step:e} s is too short to move a clock at {now:e} s"));
+    }
+    match header.stop {
+        Some(stop) if target - stop > TIME_TOLERANCE * stop.abs().max(step) => {
+            refuse(format!("a step to {target:e} s passes the stop time {stop:e} s"))
+        }
+        _ => Ok(target),
+    }
+}
+
+/// Inputs that slope out of their range within the step would break the solver's assumptions in the middle of it.
+fn check_sloped_inputs(header: &Header, session: &Session, target: f64) -> Result<(), Refusal> {
+    let span = target - header.time;
+    let (values, slopes) = (header.scene.inputs, header.slopes);
+    let ends = [
+        ("tool_velocity", values.tool_velocity + slopes.tool_velocity * span),
+        ("feed", values.feed + slopes.feed * span),
+        ("friction", values.friction + slopes.friction * span),
+    ];
+    for (name, value) in ends {
+        if let Some(variables::Kind::Real(real)) = variables::by_name(name).map(|variable| &variable.kind) {
+            real.check(&format!("{name} (value and slope at the end of the step)"), value)?;
+        }
+    }
+    // The deepest feed of the step is at one of its ends.
+    let deepest = Inputs { feed: values.feed.max(ends[1].1), ..values };
+    Ok(session.check_inputs(&deepest)?)
+}
+
+/// Names and values in use, with units, of a scene whose library material is filled in.
+fn in_use(scene: &Scene) -> Vec<(String, String)> {
+    let values = variables::values_in_use(scene).into_iter();
+    values
+        .map(|(name, value, unit)| (name.to_owned(), format!("{value} {unit}").trim_end().to_owned()))
+        .collect()
+}
+
+/// The version and all values in use as one message.
+fn values_text(in_use: &[(String, String)]) -> String {
+    let values: Vec<_> = in_use.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+    format!("swarf {}, values in use: {}", crate::VERSION, values.join(", "))
+}
+
+/// What a panic said.
+pub(super) fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no message".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn header(time: f64, stop: Option<f64>) -> Header {
+        Header { time, stop, ..Model::default().header }
+    }
+
+    /// Masters that add up steps or multiply them both pass; a gap of a hundredth of a step does not.
+    #[test]
+    fn steps_must_start_at_the_clock_within_rounding() {
+        let (mut sum, step) = (0.0, 1e-6);
+        for index in 0..1000 {
+            let product = f64::from(index) * step;
+            assert!(check_step(&header(sum, None), product, step).is_ok(), "{product} against {sum}");
+            sum += step;
+        }
+        assert!(check_step(&header(1e-5, None), 1.01e-5, step).is_err());
+        assert!(check_step(&header(1e-5, None), 0.0, step).is_err());
+        assert!(check_step(&header(1e6, None), 1e6, 1e-3).is_ok());
+        assert!(check_step(&header(1e6, None), 1e6 + 1e-3, 1e-3).is_err());
+    }
+
+    /// Wrong lengths, and steps that floating point cannot make.
+    #[test]
+    fn steps_must_go_forward_and_end_before_the_stop_time() {
+        for step in [0.0, -1e-6, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(check_step(&header(0.0, None), 0.0, step).is_err(), "{step}");
+        }
+        assert!(check_step(&header(0.0, None), f64::NAN, 1e-6).is_err());
+        assert!(check_step(&header(1.0, None), 1.0, 1e-20).is_err());
+        assert!(check_step(&header(f64::MAX, None), f64::MAX, f64::MAX).is_err());
+        assert!(check_step(&header(3.9e-5, Some(4e-5)), 3.9e-5, 1e-6).is_ok());
+        let refusal = check_step(&header(3.95e-5, Some(4e-5)), 3.95e-5, 1e-6).unwrap_err();
+        assert!(refusal.to_string().contains("passes the stop time 4e-5 s"), "{refusal}");
+    }
+}

@@ -1,0 +1,113 @@
+//! Messages of a long step: how far it has come and what is left.
+
+use crate::Error;
+use crate::session::{Advance, Session};
+use std::panic::resume_unwind;
+use std::sync::mpsc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Wall time between two messages; the solver looks up every 0.1 s, so that they come at least every second.
+const PERIOD: Duration = Duration::from_millis(850);
+
+/// Tells from time to time how far a step has come.
+pub(super) struct Progress<'a> {
+    /// Where the step begins (s).
+    pub from: f64,
+    /// Where it leads to (s).
+    pub target: f64,
+    /// When it began.
+    pub begun: Instant,
+    /// When the last message was made, be it in an earlier step.
+    pub told: &'a mut Instant,
+}
+
+/// Advances the session in a thread of its own and passes its messages on from here.
+///
+/// The solver may look up from any of its threads, but many importers can only take a message in the thread that called
+/// `fmi2DoStep`. Where no thread can be started the step runs here, without messages.
+///
+/// # Errors
+/// Those of `Session::advance_to`.
+pub(super) fn advance_and_tell(
+    session: &mut Session,
+    mut progress: Progress,
+    tell: impl Fn(String),
+) -> Result<Advance, Error> {
+    let target = progress.target;
+    let (sender, receiver) = mpsc::channel();
+    let told = thread::scope(|scope| {
+        let session = &mut *session;
+        let run = move || {
+            session.advance_to(target, &mut |clock| {
+                if let Some(text) = progress.due(clock) {
+                    // The receiver outlives this thread.
+                    let _ = sender.send(text);
+                }
+                true
+            })
+        };
+        let solver = thread::Builder::new().name("swarf".into()).spawn_scoped(scope, run).ok()?;
+        // Ends when the thread drops its sender.
+        receiver.iter().for_each(tell);
+        Some(solver.join().unwrap_or_else(|panic| resume_unwind(panic)))
+    });
+    told.unwrap_or_else(|| session.advance_to(target, &mut |_| true))
+}
+
+impl Progress<'_> {
+    /// A message, if the last one is long enough ago.
+    fn due(&mut self, clock: f64) -> Option<String> {
+        if self.told.elapsed() < PERIOD {
+            return None;
+        }
+        *self.told = Instant::now();
+        Some(self.text(clock, self.begun.elapsed().as_secs_f64()))
+    }
+
+    fn text(&self, clock: f64, wall: f64) -> String {
+        let left = (self.target - clock).max(0.0);
+        let done = clock - self.from;
+        // Without progress there is no rate to go by.
+        let wall_left = if done > 0.0 {
+            format!("about {:.1} s of wall time", wall * left / done)
+        } else {
+            "wall time unknown yet".to_owned()
+        };
+        let [target, clock, left] = [self.target, clock, left].map(short);
+        format!("step to {target} s: {clock} s reached after {wall:.1} s, {left} s left, {wall_left}")
+    }
+}
+
+/// A time with six digits, for reading.
+fn short(time: f64) -> String {
+    let rounded = format!("{time:.5e}").parse().unwrap_or(time);
+    format!("{rounded:e}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A quarter done in 2 s leaves three quarters for 6 s.
+    #[test]
+    fn progress_names_time_reached_and_time_left() {
+        let mut told = Instant::now();
+        let progress = Progress { from: 0.0, target: 4e-6, begun: told, told: &mut told };
+        let text = progress.text(1e-6, 2.0);
+        assert_eq!(text, "step to 4e-6 s: 1e-6 s reached after 2.0 s, 3e-6 s left, about 6.0 s of wall time");
+    }
+
+    /// The first message waits for the period, and so does the next.
+    #[test]
+    fn messages_keep_their_distance() {
+        let mut told = Instant::now();
+        let mut progress = Progress { from: 0.0, target: 4e-6, begun: told, told: &mut told };
+        assert_eq!(progress.due(1e-6), None);
+        if let Some(earlier) = Instant::now().checked_sub(PERIOD) {
+            *progress.told = earlier;
+            assert!(progress.due(1e-6).is_some());
+            assert_eq!(progress.due(1e-6), None);
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! The background grid: which nodes exist, fixed nodes, and the momentum equation on a chunk's nodes.
+//!
+//! Nodes stand in pencils, the lines along the last axis; pencil (i) in the plane and (i, j) in space. A pencil holds
+//! only the nodes from its lowest to its highest point, and two more on each side:
+//!
+//! ```text
+//!    y │   ┌┐ chip                nodes of pencil 0, then of pencil 1, … without gaps,
+//!      │  ┌┘└┐                    at index offset[pencil] + j
+//!      │┌─┴──┴───────┐ workpiece
+//!      └┴┴┴┴┴┴┴┴┴┴┴┴┴┴──── x
+//! ```
+//!
+//! so the grid costs memory and time only where there is material, and the domain may be large. The arrangement
+//! holds until points are sorted again, before any has moved by more than a cell.
+
+use crate::dimension::Dimension;
+use crate::simd::Real;
+
+/// Four numbers of a node: in the plane all of it, in space half of it. What they mean depends on the phase of the
+/// step: momentum and force while points are gathered, then velocity and its increment.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Record<R>(pub [R; 4]);
+
+/// Nodes that a point may reach before the next sort, on each side: one of the stencil, one of motion.
+pub const MARGIN: i32 = 2;
+
+/// Which nodes exist and where they stand in memory.
+#[derive(Clone, Debug, Default)]
+pub struct Layout {
+    /// Number of nodes of the domain along each axis (1 for a missing axis).
+    pub counts: [i32; 3],
+    /// Cell length (m).
+    pub cell: f64,
+    /// Position of node (0, 0, 0) (m).
+    pub origin: [f64; 3],
+    /// First node index along the last axis, by pencil.
+    pub low: Vec<i32>,
+    /// Index in memory of the node (pencil, 0); only nodes from `low` on exist.
+    pub offset: Vec<i32>,
+    /// Nodes before each pencil, and one more entry with all nodes.
+    pub start: Vec<usize>,
+}
+
+impl Layout {
+    /// A domain of `counts` nodes without any node in memory yet.
+    pub fn new(counts: [i32; 3], cell: f64, origin: [f64; 3]) -> Self {
+        Layout { counts, cell, origin, ..Layout::default() }
+    }
+
+    /// Number of pencils in a plane of constant first index.
+    pub fn pencils_per_plane<D: Dimension>(&self) -> i32 {
+        if D::AXES == 2 { 1 } else { self.counts[1] }
+    }
+
+    /// The pencil of a node.
+    #[inline(always)]
+    pub fn pencil<D: Dimension>(&self, node: D::Vector<i32>) -> i32 {
+        if D::AXES == 2 { node[0] } else { node[0] * self.counts[1] + node[1] }
+    }
+
+    /// Index of a node along the last axis.
+    #[inline(always)]
+    pub fn along<D: Dimension>(node: D::Vector<i32>) -> i32 {
+        node[D::AXES - 1]
+    }
+
+    /// Number of nodes in memory.
+    pub fn nodes(&self) -> usize {
+        self.start.last().copied().unwrap_or(0)
+    }
+
+    /// Whether a point may stand at a node: far enough from the domain's rim that its stencil fits until the next
+    /// sort.
+    pub fn contains<D: Dimension>(&self, node: D::Vector<i32>) -> bool {
+        (0..D::AXES).all(|axis| node[axis] > MARGIN && node[axis] < self.counts[axis] - 1 - MARGIN)
+    }
+
+    /// Arranges the nodes around points at `nodes`.
+    pub fn arrange<D: Dimension>(&mut self, nodes: impl Iterator<Item = D::Vector<i32>>) {
+        let plane = self.pencils_per_plane::<D>();
+        let pencils = (self.counts[0] * plane) as usize;
+        let mut range = vec![(i32::MAX, i32::MIN); pencils];
+        for node in nodes {
+            let along = Self::along::<D>(node);
+            let entry = &mut range[self.pencil::<D>(node) as usize];
+            *entry = (entry.0.min(along), entry.1.max(along));
+        }
+        widen(&mut range, plane as usize);
+        if D::AXES == 3 {
+            for row in range.chunks_mut(plane as usize) {
+                widen(row, 1);
+            }
+        }
+        self.low.clear();
+        self.offset.clear();
+        self.start.clear();
+        let mut total = 0_usize;
+        for (low, high) in range {
+            self.start.push(total);
+            if low > high {
+                self.low.push(0);
+                self.offset.push(0);
+            } else {
+                let low = low - MARGIN;
+                self.low.push(low);
+                self.offset.push(total as i32 - low);
+                total += (high + MARGIN - low + 1) as usize;
+            }
+        }
+        self.start.push(total);
+    }
+
+    /// Offsets again from `start` and `low`.
+    pub fn restore_offsets(&mut self) {
+        self.offset.clear();
+        for (pencil, &low) in self.low.iter().enumerate() {
+            let exists = self.start[pencil + 1] > self.start[pencil];
+            self.offset.push(if exists { self.start[pencil] as i32 - low } else { 0 });
+        }
+    }
+
+    /// Position (m) of the node `along` a pencil; z is 0 in the plane.
+    pub fn position<D: Dimension>(&self, pencil: usize, along: i32) -> [f64; 3] {
+        let plane = self.pencils_per_plane::<D>();
+        let (first, second) = (pencil as i32 / plane, pencil as i32 % plane);
+        let index = if D::AXES == 2 { [first, along, 0] } else { [first, second, along] };
+        std::array::from_fn(|axis| self.origin[axis] + self.cell * f64::from(index[axis]))
+    }
+}
+
+/// Gives each entry the widest range within `MARGIN` entries, `stride` apart.
+fn widen(range: &mut [(i32, i32)], stride: usize) {
+    let narrow = range.to_vec();
+    for (k, entry) in range.iter_mut().enumerate() {
+        for step in 1..=MARGIN as usize {
+            let neighbours = [k.checked_sub(step * stride), Some(k + step * stride)];
+            for other in neighbours.into_iter().flatten().filter_map(|index| narrow.get(index)) {
+                *entry = (entry.0.min(other.0), entry.1.max(other.1));
+            }
+        }
+    }
+}
+
+/// Nodes whose velocity is zero along some axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FixedNodes {
+    /// Lowest node index along each axis, inclusive.
+    pub low: [i32; 3],
+    /// Highest node index along each axis, inclusive.
+    pub high: [i32; 3],
+    /// Which velocity components are zero.
+    pub axes: [bool; 3],
+}
+
+impl FixedNodes {
+    /// The part of a pencil that is fixed, as a range of indices along the last axis.
+    pub fn on_pencil<D: Dimension>(&self, layout: &Layout, pencil: usize) -> Option<(i32, i32)> {
+        let plane = layout.pencils_per_plane::<D>();
+        let (first, second) = (pencil as i32 / plane, pencil as i32 % plane);
+        let inside = |axis: usize, index: i32| self.low[axis] <= index && index <= self.high[axis];
+        (inside(0, first) && (D::AXES == 2 || inside(1, second))).then(|| (self.low[D::AXES - 1], self.high[D::AXES - 1]))
+    }
+}
+
+/// Velocity components of a node's record.
+#[inline(always)]
+pub fn velocity<R: Real, D: Dimension>(record: &[Record<R>]) -> D::Vector<f64> {
+    D::vector(|axis| record[0].0[axis].to_f64())
+}
+
+/// Velocity increments of a node's record.
+#[inline(always)]
+pub fn increment<R: Real, D: Dimension>(record: &[Record<R>]) -> D::Vector<f64> {
+    D::vector(|axis| if D::QUADS == 1 { record[0].0[2 + axis].to_f64() } else { record[1].0[axis].to_f64() })
+}
+
+/// Writes velocity and increment of a node.
+#[inline(always)]
+pub fn set_node<R: Real, D: Dimension>(record: &mut [Record<R>], velocity: D::Vector<f64>, increment: D::Vector<f64>) {
+    for axis in 0..D::AXES {
+        record[0].0[axis] = R::from_f64(velocity[axis]);
+        if D::QUADS == 1 {
+            record[0].0[2 + axis] = R::from_f64(increment[axis]);
+        } else {
+            record[1].0[axis] = R::from_f64(increment[axis]);
+        }
+    }
+}
+
+/// Momentum and force over mass: eqs. 6, 10 and 15 of Ambati et al. (2011) on every node of a slice.
+///
+/// * `records`: momentum (kg m/s) and force (N); becomes velocity after the step and its increment (m/s)
+/// * `mass`: lumped mass (kg), eq. 7; a node lighter than `lightest` (kg) stays at rest
+/// * `dt`: substep (s)
+#[inline(always)]
+pub fn momentum_to_velocity<R: Real, D: Dimension>(records: &mut [Record<R>], mass: &[R], lightest: R, dt: R) {
+    for (node, &m) in records.chunks_exact_mut(D::QUADS).zip(mass) {
+        let inverse = if m > lightest { R::ONE / m } else { R::ZERO };
+        let impulse = inverse * dt;
+        if D::QUADS == 1 {
+            let [px, py, fx, fy] = node[0].0;
+            let (ax, ay) = (fx * impulse, fy * impulse);
+            node[0].0 = [px * inverse + ax, py * inverse + ay, ax, ay];
+        } else {
+            let (p, f) = (node[0].0, node[1].0);
+            let a = f.map(|component| component * impulse);
+            node[0].0 = std::array::from_fn(|axis| p[axis] * inverse + a[axis]);
+            node[1].0 = a;
+        }
+    }
+}
+
+/// Kinetic energy of the velocity increments, ½ Σ m |Δv|² (J).
+#[inline(always)]
+pub fn increment_energy<R: Real, D: Dimension>(records: &[Record<R>], mass: &[R]) -> f64 {
+    // Four running sums: the compiler keeps them side by side.
+    let mut sums = [R::ZERO; 4];
+    for (node, &m) in records.chunks_exact(D::QUADS).zip(mass) {
+        if D::QUADS == 1 {
+            let [_, _, x, y] = node[0].0;
+            sums[0] = sums[0] + m * x * x;
+            sums[1] = sums[1] + m * y * y;
+        } else {
+            for axis in 0..4 {
+                sums[axis] = sums[axis] + m * node[1].0[axis] * node[1].0[axis];
+            }
+        }
+    }
+    0.5 * sums.iter().map(|sum| sum.to_f64()).sum::<f64>()
+}

@@ -1,0 +1,73 @@
+//! The energy ledger: where the tool's work went.
+//!
+//! tool work = kinetic + elastic + plastic + friction + damping + contact + retired
+//!
+//! Each term is computed from what it names and none as a remainder, so the balance is a test of the solver:
+//!
+//! * kinetic and elastic: from the points' velocities and stresses;
+//! * plastic: flow stress times strain increment at each return;
+//! * friction: friction impulse times slip;
+//! * contact: ½ m |Δv|² of nodes brought to the tool's or a wall's velocity in one substep (inelastic impact);
+//! * damping: what the scheme itself dissipates. A substep changes the points' kinetic energy by the work of all forces
+//!   at the new grid velocity less Σ_nodes m |Δv|² − ½ Σ_points m |Δv|², and their stored and plastic energy by the
+//!   stress power with the mean stress, ½ Σ V₀ Δτ : h more than the grid's forces give. So
+//!   damping = Σ_nodes m |Δv|² − ½ Σ_points m |Δv|² − ½ Σ V₀ Δτ : h − contact. Half of the first term is FLIP's
+//!   filter (at least 0 by Jensen's inequality); the rest oscillates about zero in elastic waves, and is lost
+//!   where a node has so little mass that its points do not take over its velocity;
+//! * retired: kinetic and elastic energy of points that left the domain.
+
+use crate::chunk::ChunkSums;
+use serde::{Deserialize, Serialize};
+
+/// Running totals since the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ledger {
+    /// Work of the tool on the workpiece (J).
+    pub tool_work: f64,
+    /// Plastic work (J).
+    pub plastic_work: f64,
+    /// Friction work (J).
+    pub friction_work: f64,
+    /// Dissipated by the scheme: transfer between grid and points, and time integration (J).
+    pub damping: f64,
+    /// Dissipated by inelastic contact (J).
+    pub contact_loss: f64,
+    /// Impulse of the tool on the workpiece (N s).
+    pub tool_impulse: [f64; 2],
+    /// Points that left the domain.
+    pub retired_points: u32,
+    /// Their mass (kg).
+    pub retired_mass: f64,
+    /// Their kinetic and elastic energy (J).
+    pub retired_energy: f64,
+    /// Heat stored in them (J).
+    pub retired_heat: f64,
+    /// Kinetic energy at the start (J).
+    pub initial_energy: f64,
+}
+
+impl Ledger {
+    /// Adds the sums of a substep, in the order of the chunks.
+    pub fn add(&mut self, sums: &ChunkSums) {
+        let ChunkSums { nodes, points } = sums;
+        self.tool_work += nodes.tool_work;
+        self.friction_work += nodes.friction_work;
+        self.contact_loss += nodes.contact_loss;
+        self.damping += 2.0 * nodes.increment_energy - points.increment_energy - points.stress_lag - nodes.contact_loss;
+        self.plastic_work += points.plastic_work;
+        self.tool_impulse[0] += nodes.tool_impulse[0];
+        self.tool_impulse[1] += nodes.tool_impulse[1];
+    }
+
+    /// Unaccounted energy (J), given the present kinetic and elastic energy (J).
+    pub fn imbalance(&self, kinetic: f64, elastic: f64) -> f64 {
+        self.tool_work + self.initial_energy
+            - kinetic
+            - elastic
+            - self.plastic_work
+            - self.friction_work
+            - self.damping
+            - self.contact_loss
+            - self.retired_energy
+    }
+}

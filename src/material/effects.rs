@@ -1,0 +1,232 @@
+//! Rate and temperature in the flow stress, each with a twin that does nothing.
+//!
+//! Both are type parameters of the flow law: what a scene does not name costs no array, no logarithm and no power.
+
+use crate::points::{Column, PointState, BLOCK};
+use crate::simd::math::{ln, pow};
+use crate::simd::{Real, Vector};
+
+/// Dependence of the flow stress on the plastic strain rate.
+pub trait RateEffect<R: Real>: Clone + Send + Sync + 'static {
+    /// Factor on the flow stress (-) and its derivative with respect to the strain increment (-).
+    ///
+    /// * `increment`: equivalent plastic strain of the substep (-), positive
+    /// * `dt`: substep (s)
+    fn factor<V: Vector<Scalar = R>>(&self, increment: V, dt: R) -> (V, V);
+}
+
+/// No dependence.
+#[derive(Clone, Copy, Debug)]
+pub struct RateIndependent;
+
+impl<R: Real> RateEffect<R> for RateIndependent {
+    #[inline(always)]
+    fn factor<V: Vector<Scalar = R>>(&self, _increment: V, _dt: R) -> (V, V) {
+        (V::constant(1.0), V::constant(0.0))
+    }
+}
+
+/// Johnson and Cook's 1 + C ln(ε̄̇/ε̇₀), and 1 below the reference rate ε̇₀, where the logarithm would soften.
+#[derive(Clone, Copy, Debug)]
+pub struct RateDependent<R> {
+    /// C (-).
+    pub coefficient: R,
+    /// ε̇₀ (1/s).
+    pub reference: R,
+}
+
+impl<R: Real> RateEffect<R> for RateDependent<R> {
+    #[inline(always)]
+    fn factor<V: Vector<Scalar = R>>(&self, increment: V, dt: R) -> (V, V) {
+        let one = V::constant(1.0);
+        let c = V::splat(self.coefficient);
+        let relative = increment / V::splat(dt * self.reference);
+        let slope = V::select(relative.gt(one), c / increment, V::constant(0.0));
+        (c.mul_add(ln(relative.max(one)), one), slope)
+    }
+}
+
+/// Temperature of the points and its effect on the flow stress.
+pub trait ThermalEffect<R: Real>: Clone + Send + Sync + 'static {
+    /// What it keeps per point.
+    type State: PointState<R>;
+
+    /// Sets a point's temperature (K).
+    fn place(&self, state: &mut Self::State, lane: usize, temperature: f64);
+
+    /// Temperature (K) of a point, and heat stored since the start per volume at the start (J/m3).
+    fn report(&self, state: &Self::State, lane: usize) -> (f64, f64);
+
+    /// Rise of temperature (K) by plastic work per volume at the start (J/m3).
+    fn rise<V: Vector<Scalar = R>>(&self, work: V) -> V;
+
+    /// Factor on the flow stress (-) when the temperature rises by `rise` (K), and its derivative (1/K).
+    fn factor<V: Vector<Scalar = R>>(&self, state: &Self::State, lane: usize, rise: V) -> (V, V);
+
+    /// Factor on the flow stress at the start temperature of a point (-).
+    fn static_factor(&self, temperature: f64) -> f64;
+
+    /// Adds `rise` (K) to the points' temperature.
+    fn heat<V: Vector<Scalar = R>>(&self, state: &mut Self::State, lane: usize, rise: V);
+}
+
+/// Constants of Johnson and Cook's thermal softening S = 1 − T*ᵐ, T* = (T − T_ref)/(T_melt − T_ref) within \[0, 1\].
+///
+/// Below the reference temperature S = 1; at and above melting S = 0: no shear strength and no plastic work, hence no
+/// further heating, while the pressure stays elastic.
+#[derive(Clone, Copy, Debug)]
+pub struct Softening {
+    /// m (-); 0 for no softening.
+    pub exponent: f64,
+    /// T_ref (K).
+    pub reference: f64,
+    /// T_melt (K).
+    pub melting: f64,
+}
+
+impl Softening {
+    /// S at a temperature (K).
+    pub fn factor(&self, temperature: f64) -> f64 {
+        let homologous = ((temperature - self.reference) / (self.melting - self.reference)).clamp(0.0, 1.0);
+        1.0 - homologous.powf(self.exponent)
+    }
+}
+
+/// One temperature for good: softening, if any, is a constant factor and no temperature is kept.
+#[derive(Clone, Copy, Debug)]
+pub struct Isothermal {
+    /// The temperature (K).
+    pub temperature: f64,
+    /// Softening at that temperature, if the scene names it.
+    pub softening: Option<Softening>,
+}
+
+impl<R: Real> PointState<R> for () {
+    const COLUMNS: usize = 0;
+    fn zeroed() -> Self {}
+    fn column(&self, k: usize) -> &Column<R> {
+        unreachable!("column {k} of an empty state")
+    }
+    fn column_mut(&mut self, k: usize) -> &mut Column<R> {
+        unreachable!("column {k} of an empty state")
+    }
+}
+
+impl<R: Real> ThermalEffect<R> for Isothermal {
+    type State = ();
+
+    fn place(&self, _state: &mut (), _lane: usize, _temperature: f64) {}
+
+    fn report(&self, _state: &(), _lane: usize) -> (f64, f64) {
+        (self.temperature, 0.0)
+    }
+
+    #[inline(always)]
+    fn rise<V: Vector<Scalar = R>>(&self, _work: V) -> V {
+        V::constant(0.0)
+    }
+
+    #[inline(always)]
+    fn factor<V: Vector<Scalar = R>>(&self, _state: &(), _lane: usize, _rise: V) -> (V, V) {
+        (V::constant(ThermalEffect::<R>::static_factor(self, self.temperature)), V::constant(0.0))
+    }
+
+    fn static_factor(&self, _temperature: f64) -> f64 {
+        self.softening.map_or(1.0, |softening| softening.factor(self.temperature))
+    }
+
+    #[inline(always)]
+    fn heat<V: Vector<Scalar = R>>(&self, _state: &mut (), _lane: usize, _rise: V) {}
+}
+
+/// The points' temperatures (K).
+#[derive(Clone, Debug)]
+pub struct Temperature<R>(pub Column<R>);
+
+impl<R: Real> PointState<R> for Temperature<R> {
+    const COLUMNS: usize = 1;
+    fn zeroed() -> Self {
+        Temperature([R::ZERO; BLOCK])
+    }
+    fn column(&self, _k: usize) -> &Column<R> {
+        &self.0
+    }
+    fn column_mut(&mut self, _k: usize) -> &mut Column<R> {
+        &mut self.0
+    }
+}
+
+/// Plastic work heats each point (eq. 25 of Ambati et al. 2011) and nothing flows; `SOFTENS` says whether the flow
+/// stress feels it.
+#[derive(Clone, Copy, Debug)]
+pub struct Adiabatic<R, const SOFTENS: bool> {
+    /// β/(ρ₀ c): rise of temperature per plastic work (K m3/J).
+    rise_per_work: R,
+    /// ρ₀ c (J/(m3 K)).
+    heat_capacity: f64,
+    /// Temperature at the start (K).
+    initial: f64,
+    exponent: R,
+    reference: R,
+    inverse_range: R,
+    softening: Softening,
+}
+
+impl<R: Real, const SOFTENS: bool> Adiabatic<R, SOFTENS> {
+    /// * `taylor_quinney`: β (-)
+    /// * `heat_capacity`: ρ₀ c (J/(m3 K))
+    /// * `initial`: temperature at the start (K), from which stored heat counts
+    pub fn new(taylor_quinney: f64, heat_capacity: f64, initial: f64, softening: Softening) -> Self {
+        Adiabatic {
+            rise_per_work: R::from_f64(taylor_quinney / heat_capacity),
+            heat_capacity,
+            initial,
+            exponent: R::from_f64(softening.exponent),
+            reference: R::from_f64(softening.reference),
+            inverse_range: R::from_f64(1.0 / (softening.melting - softening.reference)),
+            softening,
+        }
+    }
+}
+
+impl<R: Real, const SOFTENS: bool> ThermalEffect<R> for Adiabatic<R, SOFTENS> {
+    type State = Temperature<R>;
+
+    fn place(&self, state: &mut Temperature<R>, lane: usize, temperature: f64) {
+        state.0[lane] = R::from_f64(temperature);
+    }
+
+    fn report(&self, state: &Temperature<R>, lane: usize) -> (f64, f64) {
+        let temperature = state.0[lane].to_f64();
+        (temperature, self.heat_capacity * (temperature - self.initial))
+    }
+
+    #[inline(always)]
+    fn rise<V: Vector<Scalar = R>>(&self, work: V) -> V {
+        V::splat(self.rise_per_work) * work
+    }
+
+    #[inline(always)]
+    fn factor<V: Vector<Scalar = R>>(&self, state: &Temperature<R>, lane: usize, rise: V) -> (V, V) {
+        let one = V::constant(1.0);
+        if !SOFTENS {
+            return (one, V::constant(0.0));
+        }
+        let inverse_range = V::splat(self.inverse_range);
+        let temperature = V::load(&state.0[lane..]) + rise;
+        let homologous = ((temperature - V::splat(self.reference)) * inverse_range).max(V::constant(0.0)).min(one);
+        let power = pow(homologous, V::splat(self.exponent));
+        // d(T*ᵐ)/dT = m T*ᵐ/T*/(T_melt − T_ref); only Newton's slope, so the guard against T* = 0 may be coarse.
+        let slope = V::splat(self.exponent) * power / homologous.max(V::constant(1e-6)) * inverse_range;
+        (one - power, -slope)
+    }
+
+    fn static_factor(&self, temperature: f64) -> f64 {
+        if SOFTENS { self.softening.factor(temperature) } else { 1.0 }
+    }
+
+    #[inline(always)]
+    fn heat<V: Vector<Scalar = R>>(&self, state: &mut Temperature<R>, lane: usize, rise: V) {
+        (V::load(&state.0[lane..]) + rise).store(&mut state.0[lane..]);
+    }
+}

@@ -1,0 +1,82 @@
+//! Materials: the seam between the solver and constitutive models, the Johnson–Cook family, and the library.
+
+pub mod effects;
+pub mod johnson_cook;
+pub mod library;
+
+use crate::dimension::Dimension;
+use crate::points::PointState;
+use crate::simd::{Real, Vector};
+
+/// What a model adds up over the points of one pass, side by side.
+#[derive(Clone, Copy, Debug)]
+pub struct Totals<V> {
+    /// Plastic work (J).
+    pub plastic_work: V,
+    /// Largest volume ratio det F (-).
+    pub volume_ratio: V,
+}
+
+impl<V: Vector> Totals<V> {
+    /// Nothing yet.
+    #[inline(always)]
+    pub fn zero() -> Self {
+        Totals { plastic_work: V::constant(0.0), volume_ratio: V::constant(0.0) }
+    }
+}
+
+/// What is known of one point's material, for outputs and files.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PointReport {
+    /// Volume ratio det F (-).
+    pub jacobian: f64,
+    /// Cauchy stress xx, yy, zz, yz, xz, xy (Pa).
+    pub stress: [f64; 6],
+    /// Equivalent plastic strain (-).
+    pub plastic_strain: f64,
+    /// Temperature (K).
+    pub temperature: f64,
+    /// Elastic energy per volume at the start (J/m3).
+    pub elastic_energy: f64,
+    /// Heat stored since the start per volume at the start (J/m3).
+    pub heat: f64,
+}
+
+/// A constitutive model: from the increment of the displacement gradient to stress.
+///
+/// Stress is Kirchhoff's, τ = J σ: with it the internal force −V₀ τ ∇N and the stress power V₀ τ : d need no present
+/// volume.
+pub trait ConstitutiveModel<R: Real, D: Dimension>: Clone + Send + Sync + 'static {
+    /// What it keeps per point.
+    type State: PointState<R>;
+
+    /// Density at the start (kg/m3).
+    fn density(&self) -> f64;
+
+    /// Speed of the fastest wave (m/s) when no point's volume ratio exceeds `volume_ratio` (-).
+    fn sound_speed(&self, volume_ratio: f64) -> f64;
+
+    /// Puts an unstressed point of a temperature (K) at `lane`.
+    fn place(&self, state: &mut Self::State, lane: usize, temperature: f64);
+
+    /// Kirchhoff stress (Pa) of the points `lane..lane + LANES`.
+    fn stress<V: Vector<Scalar = R>>(&self, state: &Self::State, lane: usize) -> D::Symmetric<V>;
+
+    /// Advances the points `lane..lane + LANES` and returns their Kirchhoff stress (Pa).
+    ///
+    /// * `h`: Δt ∂v_row/∂x_column (-)
+    /// * `dt`: substep (s)
+    /// * `volume`: volume at the start (m3), the weight of a point in `totals`
+    fn update<V: Vector<Scalar = R>>(
+        &self,
+        state: &mut Self::State,
+        lane: usize,
+        h: &D::Matrix<V>,
+        dt: R,
+        volume: V,
+        totals: &mut Totals<V>,
+    ) -> D::Symmetric<V>;
+
+    /// What is known of the point at `lane`.
+    fn report(&self, state: &Self::State, lane: usize) -> PointReport;
+}

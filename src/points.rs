@@ -1,0 +1,130 @@
+//! Material points in blocks of 64, each block an array of every quantity.
+//!
+//! ```text
+//!  chunk ─┬─ block 0 ─┬─ node[x]: 64 numbers │ node[y] │ offset[x] │ … │ model state …
+//!         ├─ block 1  └─ one point is one column through all of these
+//!         └─ …
+//! ```
+//!
+//! A block's arrays lie one after another (array of structures of arrays), so that a kernel streams through memory
+//! and its scratch for 64 points stays in the first-level cache. A position is the nearest grid node and the offset
+//! from it in cells, so that its precision is the same everywhere in the domain.
+
+use crate::dimension::Dimension;
+use crate::simd::Real;
+
+/// Points in a block.
+pub const BLOCK: usize = 64;
+
+/// One quantity of a block's points.
+pub type Column<R> = [R; BLOCK];
+
+/// What a constitutive model keeps for a block of points.
+pub trait PointState<R: Real>: Clone + Send + Sync {
+    /// Number of its columns.
+    const COLUMNS: usize;
+
+    /// All columns zero.
+    fn zeroed() -> Self;
+
+    /// Column `k`, below `COLUMNS`; the order is part of the serialised state.
+    fn column(&self, k: usize) -> &Column<R>;
+
+    /// Column `k`, to write.
+    fn column_mut(&mut self, k: usize) -> &mut Column<R>;
+}
+
+/// 64 material points.
+#[repr(C, align(64))]
+#[derive(Clone)]
+pub struct Block<R: Real, D: Dimension, S> {
+    /// Nearest grid node along each axis.
+    pub node: D::Vector<Column<i32>>,
+    /// Offset from that node over the cell length (-), in [−½, ½].
+    pub offset: D::Vector<Column<R>>,
+    /// Velocity (m/s).
+    pub velocity: D::Vector<Column<R>>,
+    /// Volume at the start (m3); 0 marks a place without a point.
+    pub volume: Column<R>,
+    /// The point's number at the start.
+    pub id: Column<u32>,
+    /// The constitutive model's state.
+    pub state: S,
+}
+
+impl<R: Real, D: Dimension, S: PointState<R>> Block<R, D, S> {
+    /// A block without points.
+    pub fn empty() -> Self {
+        Block {
+            node: D::vector(|_| [0; BLOCK]),
+            offset: D::vector(|_| [R::ZERO; BLOCK]),
+            velocity: D::vector(|_| [R::ZERO; BLOCK]),
+            volume: [R::ZERO; BLOCK],
+            id: [u32::MAX; BLOCK],
+            state: S::zeroed(),
+        }
+    }
+
+    /// Number of floating-point columns.
+    pub const fn columns() -> usize {
+        2 * D::AXES + 1 + S::COLUMNS
+    }
+
+    /// Floating-point column `k`: offsets, velocities, volume, then the model's.
+    pub fn column(&self, k: usize) -> &Column<R> {
+        let axes = D::AXES;
+        if k < axes {
+            &self.offset[k]
+        } else if k < 2 * axes {
+            &self.velocity[k - axes]
+        } else if k == 2 * axes {
+            &self.volume
+        } else {
+            self.state.column(k - 2 * axes - 1)
+        }
+    }
+
+    /// The same column, to write.
+    pub fn column_mut(&mut self, k: usize) -> &mut Column<R> {
+        let axes = D::AXES;
+        if k < axes {
+            &mut self.offset[k]
+        } else if k < 2 * axes {
+            &mut self.velocity[k - axes]
+        } else if k == 2 * axes {
+            &mut self.volume
+        } else {
+            self.state.column_mut(k - 2 * axes - 1)
+        }
+    }
+
+    /// Copies one point, its volume included.
+    pub fn copy_point(&mut self, lane: usize, from: &Self, from_lane: usize) {
+        for k in 0..Self::columns() {
+            self.column_mut(k)[lane] = from.column(k)[from_lane];
+        }
+        for axis in 0..D::AXES {
+            self.node[axis][lane] = from.node[axis][from_lane];
+        }
+        self.id[lane] = from.id[from_lane];
+    }
+
+    /// Whether there is a point at `lane`.
+    pub fn is_point(&self, lane: usize) -> bool {
+        self.volume[lane] > R::ZERO
+    }
+
+    /// Position of a point from the grid's node (0, 0, …) in cells.
+    pub fn grid_position(&self, lane: usize) -> D::Vector<f64> {
+        D::vector(|axis| f64::from(self.node[axis][lane]) + self.offset[axis][lane].to_f64())
+    }
+
+    /// Puts a point at a grid position in cells.
+    pub fn set_grid_position(&mut self, lane: usize, position: D::Vector<f64>) {
+        for axis in 0..D::AXES {
+            let nearest = position[axis].round();
+            self.node[axis][lane] = nearest as i32;
+            self.offset[axis][lane] = R::from_f64(position[axis] - nearest);
+        }
+    }
+}

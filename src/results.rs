@@ -1,0 +1,319 @@
+//! The files of `results.directory`: frames for ParaView, their collection, and a history table.
+//!
+//! Every `results.interval` of simulated time: `frame_00012.vtu` (points) and `tool_00012.vtp` (the tool's outline);
+//! `frames.pvd`, which lists them with their times, and `history.csv`, one line of outputs per frame, are whole and
+//! readable after every frame. All of them name the program's version and the parameters in use. Files of an earlier
+//! run by these names are removed when a run starts; a file by one of these names that this program did not write is
+//! never touched: the run is refused. Two runs at the same time need two directories.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::fields::{COLUMNS, Outputs, PointFields};
+use crate::{Error, Scene, vtk};
+
+/// Writes the files of one run. Plain data: a copy continues where the original stood.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResultsWriter {
+    directory: PathBuf,
+    interval: f64,
+    parameters: Vec<(String, String)>,
+    /// Time of the first frame (s), from which the frames are counted.
+    start: Option<f64>,
+    frames: Vec<Frame>,
+    notice: String,
+}
+
+/// One frame on disk.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Frame {
+    number: u64,
+    time: f64,
+    history_line: String,
+}
+
+impl ResultsWriter {
+    /// Makes the directory ready, or gives `None` where the scene names none.
+    ///
+    /// * `parameters_in_use`: names and values, written into every file
+    ///
+    /// # Errors
+    /// `Error::File` when the directory cannot be made, or holds a foreign file by one of the names used here.
+    pub fn new(scene: &Scene, parameters_in_use: &[(String, String)]) -> Result<Option<Self>, Error> {
+        if scene.results.directory.is_empty() {
+            return Ok(None);
+        }
+        let directory = std::path::absolute(&scene.results.directory)
+            .map_err(|e| refused(Path::new(&scene.results.directory), &e.to_string()))?;
+        fs::create_dir_all(&directory).map_err(|e| refused(&directory, &e.to_string()))?;
+        let removed = remove_earlier_run(&directory)?;
+        let notice = match removed {
+            0 => format!("results go to '{}'", directory.display()),
+            n => format!(
+                "results go to '{}'; {n} files of an earlier run were removed there",
+                directory.display()
+            ),
+        };
+        Ok(Some(ResultsWriter {
+            directory,
+            interval: scene.results.interval,
+            parameters: parameters_in_use.to_vec(),
+            start: None,
+            frames: Vec::new(),
+            notice,
+        }))
+    }
+
+    /// One line for the log: where results go, and what was removed there.
+    pub fn notice(&self) -> &str {
+        &self.notice
+    }
+
+    /// Whether a frame is to be written at `time` (s): at the first call, then once per interval.
+    pub fn due(&self, time: f64) -> bool {
+        self.frames.last().is_none_or(|last| self.number_at(time) > last.number)
+    }
+
+    /// Writes a frame, and the collection and the history anew.
+    ///
+    /// # Errors
+    /// `Error::File` when a file cannot be written.
+    pub fn write_frame(&mut self, fields: &PointFields, outputs: &Outputs) -> Result<(), Error> {
+        self.start.get_or_insert(fields.time);
+        let number = self.number_at(fields.time);
+        self.frames.retain(|frame| frame.number < number);
+        self.frames.push(Frame {
+            number,
+            time: fields.time,
+            history_line: history_line(fields.time, outputs),
+        });
+        vtk::write_points(&self.directory.join(points_name(number)), fields, &self.parameters)?;
+        let outline = self.directory.join(outline_name(number));
+        vtk::write_outline(&outline, fields.time, &fields.tool_outline, &self.parameters)?;
+        replace(&self.directory.join("frames.pvd"), &self.collection())?;
+        replace(&self.directory.join("history.csv"), &self.history())
+    }
+
+    /// Forgets the frames later than `time` (s), when a run goes back to a saved state; they are written anew.
+    pub fn rewind(&mut self, time: f64) {
+        self.frames.retain(|frame| frame.time <= time);
+    }
+
+    /// How many intervals fit between the first frame and `time`, a billionth of one forgiven.
+    fn number_at(&self, time: f64) -> u64 {
+        let since = time - self.start.unwrap_or(time);
+        if self.interval > 0.0 {
+            (since / self.interval + 1e-9).max(0.0) as u64
+        } else {
+            self.frames.last().map_or(0, |last| last.number + 1)
+        }
+    }
+
+    fn collection(&self) -> String {
+        let mut out = format!(
+            "<?xml version=\"1.0\"?>\n{}<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n  \
+             <Collection>\n",
+            vtk::comment(&self.parameters)
+        );
+        for Frame { number, time, .. } in &self.frames {
+            for (part, file) in [points_name(*number), outline_name(*number)].iter().enumerate() {
+                let _ = writeln!(out, "    <DataSet timestep=\"{time:e}\" part=\"{part}\" file=\"{file}\"/>");
+            }
+        }
+        out + "  </Collection>\n</VTKFile>\n"
+    }
+
+    fn history(&self) -> String {
+        let mut out = history_head(&self.parameters);
+        let names: Vec<String> = COLUMNS.iter().map(|column| column.name.into()).collect();
+        let _ = writeln!(out, "time,{}", names.join(","));
+        for frame in &self.frames {
+            let _ = writeln!(out, "{}", frame.history_line);
+        }
+        out
+    }
+}
+
+/// Comment lines that begin every table: version, then a parameter per line.
+pub fn history_head(parameters: &[(String, String)]) -> String {
+    let mut out = format!("# {} {}\n", vtk::MARK, crate::VERSION);
+    for (name, value) in parameters {
+        let _ = writeln!(out, "# {name} = {}", value.replace(['\n', '\r'], " "));
+    }
+    out
+}
+
+/// Name of the points' file of a frame.
+pub fn points_name(number: u64) -> String {
+    format!("frame_{number:05}.vtu")
+}
+
+/// Name of the outline's file of a frame.
+pub fn outline_name(number: u64) -> String {
+    format!("tool_{number:05}.vtp")
+}
+
+/// The frames in a directory by number, as paths of points and outline.
+///
+/// # Errors
+/// `Error::File` when the directory cannot be read.
+pub fn frames_in(directory: &Path) -> Result<Vec<(PathBuf, PathBuf)>, Error> {
+    let mut numbers: Vec<u64> =
+        file_names(directory)?.iter().filter_map(|name| frame_number(name, "frame_", ".vtu")).collect();
+    numbers.sort_unstable();
+    Ok(numbers.iter().map(|&n| (directory.join(points_name(n)), directory.join(outline_name(n)))).collect())
+}
+
+fn history_line(time: f64, outputs: &Outputs) -> String {
+    let mut line = format!("{time:e}");
+    for column in COLUMNS {
+        let _ = write!(line, ",{:e}", (column.value)(outputs));
+    }
+    line
+}
+
+/// Removes the files of an earlier run and counts them; refuses where a foreign file has one of their names.
+fn remove_earlier_run(directory: &Path) -> Result<usize, Error> {
+    let is_ours = |name: &String| {
+        ["frames.pvd", "history.csv"].contains(&name.as_str())
+            || frame_number(name, "frame_", ".vtu").is_some()
+            || frame_number(name, "tool_", ".vtp").is_some()
+    };
+    let paths: Vec<PathBuf> =
+        file_names(directory)?.iter().filter(|n| is_ours(n)).map(|n| directory.join(n)).collect();
+    for path in &paths {
+        let mut start = Vec::new();
+        let read = fs::File::open(path).and_then(|file| file.take(200).read_to_end(&mut start));
+        read.map_err(|e| refused(path, &e.to_string()))?;
+        if !String::from_utf8_lossy(&start).contains(vtk::MARK) {
+            let reason = "results.directory needs this name, but the file there was not written by swarf; \
+                          it is left as it is: choose another directory";
+            return Err(refused(path, reason));
+        }
+    }
+    for path in &paths {
+        fs::remove_file(path).map_err(|e| refused(path, &e.to_string()))?;
+    }
+    Ok(paths.len())
+}
+
+fn file_names(directory: &Path) -> Result<Vec<String>, Error> {
+    let entries = fs::read_dir(directory).map_err(|e| refused(directory, &e.to_string()))?;
+    Ok(entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect())
+}
+
+fn frame_number(name: &str, before: &str, after: &str) -> Option<u64> {
+    let digits = name.strip_prefix(before)?.strip_suffix(after)?;
+    let is_number = digits.len() >= 5 && digits.bytes().all(|b| b.is_ascii_digit());
+    if is_number { digits.parse().ok() } else { None }
+}
+
+/// Writes a file beside its place and moves it there, so that a reader finds the old or the new one, never half.
+fn replace(path: &Path, text: &str) -> Result<(), Error> {
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".part");
+    let beside = PathBuf::from(beside);
+    fs::write(&beside, text)
+        .and_then(|()| fs::rename(&beside, path))
+        .map_err(|e| refused(path, &e.to_string()))
+}
+
+fn refused(path: &Path, reason: &str) -> Error {
+    Error::File { path: path.display().to_string(), reason: reason.into() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder(name: &str) -> PathBuf {
+        let path = std::env::temp_dir().join(format!("swarf-results-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        path
+    }
+
+    fn scene(directory: &Path) -> Scene {
+        let mut scene = Scene::default();
+        scene.results.directory = directory.display().to_string();
+        scene.results.interval = 1e-6;
+        scene
+    }
+
+    fn fields(time: f64) -> PointFields {
+        PointFields { time, tool_outline: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], ..PointFields::default() }
+    }
+
+    /// An importer that asks for nothing gets no file.
+    #[test]
+    fn an_empty_directory_name_writes_nothing() {
+        assert_eq!(ResultsWriter::new(&Scene::default(), &[]).unwrap(), None);
+    }
+
+    /// Substeps do not fall on the interval; every interval still gets one frame, and the history a line for each.
+    #[test]
+    fn every_interval_gets_one_frame() {
+        let folder = folder("frames");
+        let mut writer =
+            ResultsWriter::new(&scene(&folder), &[("friction".into(), "0.2".into())]).unwrap().unwrap();
+        for substep in 0..1000 {
+            let time = 7.0 + f64::from(substep) * 3.3e-9;
+            if writer.due(time) {
+                writer.write_frame(&fields(time), &Outputs::default()).unwrap();
+            }
+        }
+        // 999 substeps of 3.3 ns are 3.3 intervals of 1 µs: frames 0, 1, 2 and 3.
+        assert_eq!(frames_in(&folder).unwrap().len(), 4);
+        let history = fs::read_to_string(folder.join("history.csv")).unwrap();
+        assert!(history.contains("# friction = 0.2"), "{history}");
+        assert_eq!(history.lines().filter(|line| !line.starts_with('#')).count(), 1 + 4);
+        let collection = fs::read_to_string(folder.join("frames.pvd")).unwrap();
+        assert_eq!(collection.matches("<DataSet").count(), 8);
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    /// A run that went back to a saved state writes the frames after it again, and lists none twice.
+    #[test]
+    fn a_rewound_run_lists_no_frame_twice() {
+        let folder = folder("rewind");
+        let mut writer = ResultsWriter::new(&scene(&folder), &[]).unwrap().unwrap();
+        for time in [0.0, 1e-6, 2e-6, 3e-6] {
+            writer.write_frame(&fields(time), &Outputs::default()).unwrap();
+        }
+        writer.rewind(1.5e-6);
+        assert!(writer.due(2e-6) && !writer.due(1.5e-6));
+        writer.write_frame(&fields(2e-6), &Outputs::default()).unwrap();
+        assert_eq!(fs::read_to_string(folder.join("frames.pvd")).unwrap().matches("<DataSet").count(), 6);
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    /// Own files of an earlier run are replaced; a user's file is never lost, by whatever name.
+    #[test]
+    fn earlier_frames_are_replaced_and_foreign_files_kept() {
+        let folder = folder("foreign");
+        let mut writer = ResultsWriter::new(&scene(&folder), &[]).unwrap().unwrap();
+        writer.write_frame(&fields(0.0), &Outputs::default()).unwrap();
+        fs::write(folder.join("notes.txt"), "mine").unwrap();
+        let again = ResultsWriter::new(&scene(&folder), &[]).unwrap().unwrap();
+        assert!(again.notice().contains("4 files of an earlier run were removed"), "{}", again.notice());
+        assert_eq!(fs::read_to_string(folder.join("notes.txt")).unwrap(), "mine");
+        fs::write(folder.join("history.csv"), "my own table").unwrap();
+        let error = ResultsWriter::new(&scene(&folder), &[]).unwrap_err();
+        assert!(error.to_string().contains("not written by swarf"), "{error}");
+        assert_eq!(fs::read_to_string(folder.join("history.csv")).unwrap(), "my own table");
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    /// A directory that cannot be made is refused with its path, not found out at the first frame.
+    #[test]
+    fn a_directory_that_cannot_be_made_is_refused() {
+        let folder = folder("file");
+        fs::write(&folder, "a file").unwrap();
+        let error = ResultsWriter::new(&scene(&folder.join("below")), &[]).unwrap_err();
+        assert!(matches!(&error, Error::File { path, .. } if path.contains("below")), "{error}");
+        fs::remove_file(&folder).unwrap();
+    }
+}

@@ -1,0 +1,355 @@
+//! Vectors as plain arrays, for any processor, and the operations of the numbers in them.
+//!
+//! The loops over lanes have a fixed length and no branches, so that the compiler turns them into whatever vector
+//! instructions every processor of the platform has (SSE2 on x86-64, NEON on AArch64).
+
+use std::array::from_fn;
+use std::marker::PhantomData;
+use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign};
+
+#[cfg(target_arch = "x86_64")]
+use super::avx2;
+use super::{InstructionSet, Kernel, Mask, Real, Simd, Vector};
+
+/// The instruction set that needs none: arrays of four `f64` or eight `f32`, as many as in AVX2, so that blocks and
+/// sums have the same shape.
+#[derive(Clone, Copy, Debug)]
+pub struct Portable<R>(PhantomData<R>);
+
+/// `N` numbers side by side.
+#[derive(Clone, Copy, Debug)]
+#[repr(transparent)]
+pub struct Array<R, const N: usize>([R; N]);
+
+/// Yes or no for each of `N` numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct ArrayMask<const N: usize>([bool; N]);
+
+/// One function of one lane, for all lanes. A loop, since a closure given to `array::map` is not always inlined.
+macro_rules! each {
+    ($i:ident => $lane:expr) => {{
+        let mut result = [Default::default(); N];
+        let mut $i = 0;
+        while $i < N {
+            result[$i] = $lane;
+            $i += 1;
+        }
+        result
+    }};
+}
+
+macro_rules! operator {
+    ($operator:ident, $function:ident, $assign:ident, $assign_function:ident) => {
+        impl<R: Real, const N: usize> $operator for Array<R, N> {
+            type Output = Self;
+            #[inline(always)]
+            fn $function(self, o: Self) -> Self {
+                Self(each!(i => $operator::$function(self.0[i], o.0[i])))
+            }
+        }
+        impl<R: Real, const N: usize> $assign for Array<R, N> {
+            #[inline(always)]
+            fn $assign_function(&mut self, o: Self) {
+                *self = $operator::$function(*self, o);
+            }
+        }
+    };
+}
+operator!(Add, add, AddAssign, add_assign);
+operator!(Sub, sub, SubAssign, sub_assign);
+operator!(Mul, mul, MulAssign, mul_assign);
+operator!(Div, div, DivAssign, div_assign);
+
+impl<R: Real, const N: usize> Neg for Array<R, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(each!(i => -self.0[i]))
+    }
+}
+
+impl<R: Real, const N: usize> Default for Array<R, N> {
+    #[inline(always)]
+    fn default() -> Self {
+        Self([R::ZERO; N])
+    }
+}
+
+/// The one lane left after the upper half has been joined to the lower as often as needed.
+#[inline(always)]
+pub(super) fn fold<R: Real, const N: usize>(mut lanes: [R; N], join: impl Fn(R, R) -> R) -> R {
+    let mut half = N / 2;
+    while half > 0 {
+        let mut i = 0;
+        while i < half {
+            lanes[i] = join(lanes[i], lanes[i + half]);
+            i += 1;
+        }
+        half /= 2;
+    }
+    lanes[0]
+}
+
+impl<R: Real, const N: usize> Vector for Array<R, N> {
+    type Scalar = R;
+    type Mask = ArrayMask<N>;
+    const LANES: usize = N;
+
+    #[inline(always)]
+    fn splat(x: R) -> Self {
+        Self([x; N])
+    }
+    #[inline(always)]
+    fn load(from: &[R]) -> Self {
+        Self(*from.first_chunk().expect("at least as many numbers as lanes"))
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [R]) {
+        *to.first_chunk_mut().expect("at least as many places as lanes") = self.0;
+    }
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        self * a + b
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(each!(i => self.0[i].sqrt()))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(each!(i => self.0[i].abs()))
+    }
+    #[inline(always)]
+    fn min(self, o: Self) -> Self {
+        Self(each!(i => self.0[i].min(o.0[i])))
+    }
+    #[inline(always)]
+    fn max(self, o: Self) -> Self {
+        Self(each!(i => self.0[i].max(o.0[i])))
+    }
+    #[inline(always)]
+    fn round(self) -> Self {
+        Self(each!(i => self.0[i].round()))
+    }
+    #[inline(always)]
+    fn lt(self, o: Self) -> ArrayMask<N> {
+        ArrayMask(each!(i => self.0[i] < o.0[i]))
+    }
+    #[inline(always)]
+    fn le(self, o: Self) -> ArrayMask<N> {
+        ArrayMask(each!(i => self.0[i] <= o.0[i]))
+    }
+    #[inline(always)]
+    fn gt(self, o: Self) -> ArrayMask<N> {
+        ArrayMask(each!(i => self.0[i] > o.0[i]))
+    }
+    #[inline(always)]
+    fn ge(self, o: Self) -> ArrayMask<N> {
+        ArrayMask(each!(i => self.0[i] >= o.0[i]))
+    }
+    #[inline(always)]
+    fn select(mask: ArrayMask<N>, yes: Self, no: Self) -> Self {
+        Self(each!(i => if mask.0[i] { yes.0[i] } else { no.0[i] }))
+    }
+    #[inline(always)]
+    fn sum(self) -> R {
+        fold(self.0, |a, b| a + b)
+    }
+    #[inline(always)]
+    fn max_lane(self) -> R {
+        fold(self.0, R::max)
+    }
+    #[inline(always)]
+    fn min_lane(self) -> R {
+        fold(self.0, R::min)
+    }
+    #[inline(always)]
+    fn split_exponent(self) -> (Self, Self) {
+        let (mut mantissa, mut exponent) = ([R::ZERO; N], [R::ZERO; N]);
+        for i in 0..N {
+            (mantissa[i], exponent[i]) = self.0[i].split_exponent();
+        }
+        (Self(mantissa), Self(exponent))
+    }
+    #[inline(always)]
+    fn scale_exponent(self, k: Self) -> Self {
+        Self(each!(i => self.0[i].scale_exponent(k.0[i])))
+    }
+    #[inline(always)]
+    fn store_i32(self, to: &mut [i32]) {
+        *to.first_chunk_mut().expect("at least as many places as lanes") = each!(i => self.0[i].to_i32());
+    }
+    #[inline(always)]
+    fn load_i32(from: &[i32]) -> Self {
+        let from: &[i32; N] = from.first_chunk().expect("at least as many integers as lanes");
+        Self(each!(i => R::from_i32(from[i])))
+    }
+}
+
+impl<const N: usize> BitAnd for ArrayMask<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, o: Self) -> Self {
+        Self(each!(i => self.0[i] & o.0[i]))
+    }
+}
+impl<const N: usize> BitOr for ArrayMask<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, o: Self) -> Self {
+        Self(each!(i => self.0[i] | o.0[i]))
+    }
+}
+impl<const N: usize> Not for ArrayMask<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(each!(i => !self.0[i]))
+    }
+}
+impl<const N: usize> Mask for ArrayMask<N> {
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.0.into_iter().fold(false, |any, lane| any | lane)
+    }
+    #[inline(always)]
+    fn all(self) -> bool {
+        self.0.into_iter().fold(true, |all, lane| all & lane)
+    }
+}
+
+/// Splits `4 N` numbers into four vectors of `N`.
+#[inline(always)]
+fn load_transposed<R: Real, const N: usize>(from: &[R]) -> [Array<R, N>; 4] {
+    let from = &from[..4 * N];
+    from_fn(
+        #[inline(always)]
+        |c| Array(each!(p => from[4 * p + c])),
+    )
+}
+
+/// Joins four vectors of `N` to `4 N` numbers.
+#[inline(always)]
+fn store_transposed<R: Real, const N: usize>(lanes: [Array<R, N>; 4], to: &mut [R]) {
+    let to = &mut to[..4 * N];
+    for p in 0..N {
+        for c in 0..4 {
+            to[4 * p + c] = lanes[c].0[p];
+        }
+    }
+}
+
+impl Simd for Portable<f64> {
+    type Scalar = f64;
+    type Lanes = Array<f64, 4>;
+    type Quad = Array<f64, 4>;
+
+    #[inline(always)]
+    fn load_transposed(from: &[f64]) -> [Self::Lanes; 4] {
+        load_transposed(from)
+    }
+    #[inline(always)]
+    fn store_transposed(lanes: [Self::Lanes; 4], to: &mut [f64]) {
+        store_transposed(lanes, to);
+    }
+}
+
+impl Simd for Portable<f32> {
+    type Scalar = f32;
+    type Lanes = Array<f32, 8>;
+    type Quad = Array<f32, 4>;
+
+    #[inline(always)]
+    fn load_transposed(from: &[f32]) -> [Self::Lanes; 4] {
+        load_transposed(from)
+    }
+    #[inline(always)]
+    fn store_transposed(lanes: [Self::Lanes; 4], to: &mut [f32]) {
+        store_transposed(lanes, to);
+    }
+}
+
+/// Implements [`Real`]; `$bits` is the unsigned integer of the same size.
+macro_rules! real {
+    ($scalar:ident, $bits:ident, $is_single:literal) => {
+        impl Real for $scalar {
+            const EPSILON: Self = $scalar::EPSILON;
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const IS_SINGLE: bool = $is_single;
+
+            #[inline(always)]
+            fn from_f64(x: f64) -> Self {
+                x as $scalar
+            }
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                $scalar::sqrt(self)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                $scalar::abs(self)
+            }
+            #[inline(always)]
+            fn max(self, o: Self) -> Self {
+                if self > o { self } else { o }
+            }
+            #[inline(always)]
+            fn min(self, o: Self) -> Self {
+                if self < o { self } else { o }
+            }
+            #[inline(always)]
+            fn round(self) -> Self {
+                // Numbers from 2^52 (2^23) on are integral; adding that pushes the fraction out of a smaller one. The
+                // standard function would be a call where the oldest processors lack the instruction.
+                let integral = $scalar::EPSILON.recip();
+                let pushed = (self.abs() + integral) - integral;
+                if self.abs() < integral { pushed.copysign(self) } else { self }
+            }
+            #[inline(always)]
+            fn split_exponent(self) -> (Self, Self) {
+                const SHIFT: u32 = $scalar::MANTISSA_DIGITS - 1;
+                let sqrt_half = (std::f64::consts::FRAC_1_SQRT_2 as $scalar).to_bits();
+                let shifted = self.to_bits().wrapping_add((1.0 as $scalar).to_bits() - sqrt_half);
+                let k = (shifted >> SHIFT) as i32 - ($scalar::MAX_EXP - 1);
+                let mantissa = (shifted & ((1 << SHIFT) - 1)) + sqrt_half;
+                ($scalar::from_bits(mantissa), k as $scalar)
+            }
+            #[inline(always)]
+            fn scale_exponent(self, k: Self) -> Self {
+                const SHIFT: u32 = $scalar::MANTISSA_DIGITS - 1;
+                // The sum's last bits are those of k in two's complement.
+                let k = k + 1.5 * $scalar::EPSILON.recip();
+                $scalar::from_bits(self.to_bits().wrapping_add(k.to_bits() << SHIFT))
+            }
+            #[inline(always)]
+            fn to_i32(self) -> i32 {
+                Real::round(self) as i32
+            }
+            #[inline(always)]
+            fn from_i32(i: i32) -> Self {
+                i as $scalar
+            }
+
+            #[inline]
+            fn run<K: Kernel<Self>>(set: InstructionSet, kernel: K) -> K::Output {
+                assert!(set.is_available(), "this processor does not have {}", set.name());
+                match set {
+                    InstructionSet::Portable => kernel.run::<Portable<$scalar>>(),
+                    #[cfg(target_arch = "x86_64")]
+                    // SAFETY: the assertion above has found AVX2 and FMA on this processor.
+                    InstructionSet::Avx2 => unsafe { avx2::run::<$scalar, avx2::Avx2<$scalar>, K>(kernel) },
+                    #[cfg(not(target_arch = "x86_64"))]
+                    InstructionSet::Avx2 => unreachable!("not available on this platform"),
+                }
+            }
+        }
+    };
+}
+
+real!(f32, u32, true);
+real!(f64, u64, false);

@@ -1,0 +1,339 @@
+//! The main loop: one explicit substep of the material point method on the solver's own clock.
+
+use crate::chunk::{Chunk, ChunkSums, NodeSums, Substep};
+use crate::contact::{ContactLaw, RigidTool};
+use crate::dimension::Dimension;
+use crate::error::Error;
+use crate::ledger::Ledger;
+use crate::material::{ConstitutiveModel, PointReport};
+use crate::partition::{Bulk, Partition};
+use crate::shape::ShapeFunction;
+use crate::simd::{InstructionSet, Real};
+use crate::transfer::{NodeRun, TRAVEL_LIMIT};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Points are sorted again before any can have moved further than this along an axis (cells); together with one
+/// substep's `TRAVEL_LIMIT` it stays within the cell of margin that the grid keeps for motion.
+const SORT_TRAVEL: f64 = 0.5;
+
+/// What the clock, the tool and the time step need to go on, and the running totals.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Progress {
+    /// The solver's clock: time at the end of the last substep (s).
+    pub clock: f64,
+    /// Length of the last substep (s).
+    pub last_step: f64,
+    /// Substeps since the start.
+    pub substeps: u64,
+    /// Position of the tool's lowest point (m).
+    pub tool_position: [f64; 2],
+    /// Speed of the fastest point in the last substep (m/s).
+    pub fastest: f64,
+    /// Largest volume ratio in the last substep (-).
+    pub volume_ratio: f64,
+    /// Motion since the points were sorted (cells).
+    pub travel: f64,
+    /// Distance the tool has moved while it touched the workpiece (m).
+    pub cut_length: f64,
+    /// Furthest contact along the rake face in the last substep (m).
+    pub contact_reach: f64,
+    /// Whether the tool touched the workpiece in the last substep, and ever.
+    pub touches: [bool; 2],
+    /// Running totals.
+    pub ledger: Ledger,
+}
+
+/// The tool's motion and friction over the next substep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive {
+    /// Velocity of the tool (m/s).
+    pub velocity: [f64; 2],
+    /// Coulomb coefficient (-).
+    pub friction: f64,
+}
+
+/// One point as outputs and files see it.
+#[derive(Clone, Copy, Debug)]
+pub struct PointView {
+    /// The point's number at the start.
+    pub id: u32,
+    /// Position from the workpiece's lower left corner (m).
+    pub position: [f64; 3],
+    /// Velocity (m/s).
+    pub velocity: [f64; 3],
+    /// Volume at the start (m3).
+    pub volume: f64,
+    /// Mass (kg).
+    pub mass: f64,
+    /// Its material.
+    pub report: PointReport,
+}
+
+/// A simulation whose effects, dimension and precision are chosen.
+pub trait Solver: Send {
+    /// Clock, tool and totals.
+    fn progress(&self) -> &Progress;
+
+    /// The tool.
+    fn tool(&self) -> &RigidTool;
+
+    /// One substep; `parallel` spreads it over the threads of the current pool without changing its result.
+    ///
+    /// # Errors
+    /// `Error::Unstable` when a point moved too far or a value is not finite.
+    fn step(&mut self, drive: &Drive, parallel: bool) -> Result<(), Error>;
+
+    /// Length of the substep that `step` would take with this drive (s).
+    fn time_step(&self, drive: &Drive) -> f64;
+
+    /// Shows every point to `visit`.
+    fn visit_points(&self, visit: &mut dyn FnMut(&PointView));
+
+    /// Number of points.
+    fn points(&self) -> usize;
+
+    /// The points and deposits as numbers.
+    fn bulk(&self) -> Bulk;
+
+    /// Takes the state that `bulk` and `progress` gave.
+    ///
+    /// # Errors
+    /// `Error::DamagedState` when it does not fit; the solver is then spoiled.
+    fn restore(&mut self, bulk: &Bulk, progress: &Progress) -> Result<(), Error>;
+
+    /// A second, independent solver in the same state.
+    fn fork(&self) -> Box<dyn Solver>;
+}
+
+/// The simulation of one scene, monomorphised for what the scene names.
+#[derive(Clone)]
+pub struct Simulation<R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>, C> {
+    /// Points, grid and deposits.
+    pub partition: Partition<R, D, M::State>,
+    /// Shape function.
+    pub shape: F,
+    /// Constitutive model.
+    pub model: M,
+    /// Contact law.
+    pub contact: C,
+    /// The tool.
+    pub tool: RigidTool,
+    /// Courant number (-).
+    pub courant: f64,
+    /// Nodes lighter than this (kg) stay at rest.
+    pub lightest: f64,
+    /// Instruction set of the kernels.
+    pub instructions: InstructionSet,
+    /// Clock, tool and totals.
+    pub progress: Progress,
+}
+
+impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: ContactLaw> Simulation<R, D, F, M, C> {
+    /// A simulation of sorted points at rest or in motion; deposits them for the first substep.
+    pub fn new(
+        partition: Partition<R, D, M::State>,
+        (shape, model, contact): (F, M, C),
+        tool: RigidTool,
+        courant: f64,
+        instructions: InstructionSet,
+    ) -> Self {
+        let density = model.density();
+        let lightest =
+            partition.points().map(|(block, lane)| block.volume[lane].to_f64() * density).fold(f64::MAX, f64::min);
+        let progress = Progress {
+            clock: 0.0,
+            last_step: 0.0,
+            substeps: 0,
+            tool_position: tool.position,
+            fastest: 0.0,
+            volume_ratio: 1.0,
+            travel: 0.0,
+            cut_length: 0.0,
+            contact_reach: 0.0,
+            touches: [false; 2],
+            ledger: Ledger::default(),
+        };
+        // 1e-12 of a point: less is left by rounding when points move out of a node's reach.
+        let lightest = 1e-12 * lightest;
+        let mut simulation =
+            Simulation { partition, shape, model, contact, tool, courant, lightest, instructions, progress };
+        let (mut start, mut fastest) = (0.0, 0.0_f64);
+        simulation.visit_points(&mut |point| {
+            let square: f64 = point.velocity.iter().map(|v| v * v).sum();
+            start += 0.5 * point.mass * square + point.volume * point.report.elastic_energy;
+            fastest = fastest.max(square.sqrt());
+        });
+        simulation.progress.ledger.initial_energy = start;
+        simulation.progress.fastest = fastest;
+        simulation.deposit();
+        simulation
+    }
+
+    /// Deposits all points without moving them.
+    fn deposit(&mut self) {
+        self.for_each_chunk(0.0, false, |chunk, _, outgoing, common| chunk.deposit(outgoing, common));
+        self.partition.exchange_deposits();
+    }
+
+    /// Runs `work` on each chunk with what all share in a substep of `dt` (s).
+    fn for_each_chunk(
+        &mut self,
+        dt: f64,
+        parallel: bool,
+        work: impl Fn(
+            &mut Chunk<R, D, M::State>,
+            &[NodeRun<R>],
+            &mut NodeRun<R>,
+            &Substep<'_, F, M, C>,
+        ) + Sync,
+    ) {
+        let Partition { layout, chunks, incoming, outgoing, .. } = &mut self.partition;
+        let common = Substep {
+            layout,
+            shape: &self.shape,
+            model: &self.model,
+            contact: &self.contact,
+            tool: &self.tool,
+            lightest: self.lightest,
+            dt,
+            instructions: self.instructions,
+        };
+        if parallel {
+            let pairs = chunks.par_iter_mut().zip(outgoing.par_iter_mut()).with_max_len(1);
+            pairs.for_each(|(chunk, outgoing)| work(chunk, incoming, outgoing, &common));
+        } else {
+            chunks.iter_mut().zip(outgoing).for_each(|(chunk, outgoing)| work(chunk, incoming, outgoing, &common));
+        }
+    }
+
+    /// Adds the chunks' sums to the totals, in the order of the chunks.
+    fn collect(&mut self, dt: f64) -> Result<(), Error> {
+        let mut nodes = NodeSums::default();
+        let (mut travel, mut volume_ratio) = (0.0_f64, 0.0_f64);
+        for chunk in &self.partition.chunks {
+            let sums: &ChunkSums = &chunk.sums;
+            self.progress.ledger.add(sums);
+            nodes.touches |= sums.nodes.touches;
+            nodes.contact_reach = nodes.contact_reach.max(sums.nodes.contact_reach);
+            travel = travel.max(sums.points.travel);
+            volume_ratio = volume_ratio.max(sums.points.volume_ratio);
+        }
+        let ledger = &self.progress.ledger;
+        let finite = (ledger.tool_work + ledger.plastic_work + ledger.damping + volume_ratio).is_finite();
+        if travel > TRAVEL_LIMIT || !finite {
+            return Err(Error::Unstable(format!(
+                "the run became unstable at t = {:.6e} s: a point moved {travel:.3} cells in one substep of {dt:.3e} s \
+                 (at most {TRAVEL_LIMIT} is allowed); lower numerics.courant (now {}) or tool_velocity",
+                self.progress.clock, self.courant
+            )));
+        }
+        let progress = &mut self.progress;
+        progress.contact_reach = nodes.contact_reach;
+        progress.touches = [nodes.touches, nodes.touches || progress.touches[1]];
+        if nodes.touches {
+            let [x, y] = self.tool.velocity;
+            progress.cut_length += dt * x.hypot(y);
+        }
+        progress.fastest = travel * self.partition.layout.cell / dt;
+        progress.volume_ratio = volume_ratio;
+        progress.travel += travel;
+        Ok(())
+    }
+
+    /// Sorts the points before any leaves the nodes of its chunk, and deposits them there anew.
+    fn sort(&mut self) {
+        let (model, ledger) = (&self.model, &mut self.progress.ledger);
+        let density = model.density();
+        self.partition.sort(|block, lane| {
+            let volume = block.volume[lane].to_f64();
+            let square: f64 = (0..D::AXES).map(|axis| block.velocity[axis][lane].to_f64().powi(2)).sum();
+            let report = model.report(&block.state, lane);
+            ledger.retired_points += 1;
+            ledger.retired_mass += density * volume;
+            ledger.retired_energy += volume * (0.5 * density * square + report.elastic_energy);
+            ledger.retired_heat += volume * report.heat;
+        });
+        self.progress.travel = 0.0;
+        self.deposit();
+    }
+}
+
+impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: ContactLaw> Solver
+    for Simulation<R, D, F, M, C>
+{
+    fn step(&mut self, drive: &Drive, parallel: bool) -> Result<(), Error> {
+        let dt = self.time_step(drive);
+        self.tool.velocity = drive.velocity;
+        self.tool.friction = drive.friction;
+        self.for_each_chunk(dt, parallel, |chunk, incoming, outgoing, common| {
+            chunk.substep(incoming, outgoing, common);
+        });
+        self.partition.exchange_deposits();
+        self.collect(dt)?;
+        self.tool.advance(dt);
+        self.progress.tool_position = self.tool.position;
+        self.progress.clock += dt;
+        self.progress.last_step = dt;
+        self.progress.substeps += 1;
+        if self.progress.travel > SORT_TRAVEL {
+            self.sort();
+        }
+        Ok(())
+    }
+
+    /// Courant number times cell over wave speed plus speed of points and tool.
+    fn time_step(&self, drive: &Drive) -> f64 {
+        let [x, y] = drive.velocity;
+        let speed = self.model.sound_speed(self.progress.volume_ratio) + self.progress.fastest.max(x.hypot(y));
+        self.courant * self.partition.layout.cell / speed
+    }
+
+    fn progress(&self) -> &Progress {
+        &self.progress
+    }
+
+    fn tool(&self) -> &RigidTool {
+        &self.tool
+    }
+
+    fn points(&self) -> usize {
+        self.partition.points().count()
+    }
+
+    fn visit_points(&self, visit: &mut dyn FnMut(&PointView)) {
+        let layout = &self.partition.layout;
+        let density = self.model.density();
+        for (block, lane) in self.partition.points() {
+            let cells = block.grid_position(lane);
+            let mut view = PointView {
+                id: block.id[lane],
+                position: [0.0; 3],
+                velocity: [0.0; 3],
+                volume: block.volume[lane].to_f64(),
+                mass: density * block.volume[lane].to_f64(),
+                report: self.model.report(&block.state, lane),
+            };
+            for axis in 0..D::AXES {
+                view.position[axis] = layout.origin[axis] + layout.cell * cells[axis];
+                view.velocity[axis] = block.velocity[axis][lane].to_f64();
+            }
+            visit(&view);
+        }
+    }
+
+    fn bulk(&self) -> Bulk {
+        self.partition.bulk()
+    }
+
+    fn restore(&mut self, bulk: &Bulk, progress: &Progress) -> Result<(), Error> {
+        self.partition.restore(bulk)?;
+        self.progress = progress.clone();
+        self.tool.position = progress.tool_position;
+        Ok(())
+    }
+
+    fn fork(&self) -> Box<dyn Solver> {
+        Box::new(self.clone())
+    }
+}

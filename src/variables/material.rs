@@ -1,0 +1,237 @@
+//! Parameters of the workpiece material and of the effects that run.
+//!
+//! Ranges hold every metal with room to spare; they keep the laws defined (Poisson's ratio below ½, exponents and
+//! stiffness positive), not the engineer from being creative.
+
+use super::units::*;
+use super::{Access, Kind, Variable, choice_parameter, enumerations, parameter, real};
+use crate::scene::{Heat, Law};
+
+/// Parameters with references 1100 to 1299.
+pub(super) static PARAMETERS: &[Variable] = &[
+    Variable {
+        reference: 1100,
+        name: "material.name",
+        description: "name in the material library (AISI 4340, AISI 1045, Ti-6Al-4V, Al 2024-T351, OFHC copper), or custom to use the constants given here",
+        kind: Kind::Text(Access::Parameter {
+            get: |scene| scene.material.name.clone(),
+            set: |scene, value| scene.material.name = value,
+        }),
+    },
+    Variable {
+        reference: 1101,
+        name: "material.law",
+        description: "flow stress law of the workpiece",
+        kind: choice_parameter!(enumerations::LAW, Law, material.law),
+    },
+    Variable {
+        reference: 1102,
+        name: "material.density",
+        description: "density",
+        kind: real(
+            &KILOGRAM_PER_CUBIC_METRE,
+            "",
+            [100.0, 3e4],
+            Some(8e3),
+            parameter!(material.constants.density),
+        ),
+    },
+    Variable {
+        reference: 1103,
+        name: "material.youngs_modulus",
+        description: "Young's modulus",
+        kind: real(&PASCAL, "GPa", [1e6, 2e12], Some(2e11), parameter!(material.constants.youngs_modulus)),
+    },
+    Variable {
+        reference: 1104,
+        name: "material.poissons_ratio",
+        description: "Poisson's ratio",
+        kind: real(&ONE, "", [0.0, 0.495], Some(0.3), parameter!(material.constants.poissons_ratio)),
+    },
+    Variable {
+        reference: 1105,
+        name: "material.yield_stress",
+        description: "Johnson-Cook constant A: yield stress at the reference rate and temperature",
+        kind: real(&PASCAL, "MPa", [1e4, 1e11], Some(1e9), parameter!(material.constants.yield_stress)),
+    },
+    Variable {
+        reference: 1106,
+        name: "material.hardening_modulus",
+        description: "Johnson-Cook constant B: hardening modulus",
+        kind: real(&PASCAL, "MPa", [0.0, 1e11], Some(1e9), parameter!(material.constants.hardening_modulus)),
+    },
+    Variable {
+        reference: 1107,
+        name: "material.hardening_exponent",
+        description: "Johnson-Cook constant n: hardening exponent",
+        kind: real(&ONE, "", [0.0, 2.0], Some(0.3), parameter!(material.constants.hardening_exponent)),
+    },
+    Variable {
+        reference: 1108,
+        name: "material.rate_coefficient",
+        description: "Johnson-Cook constant C: growth of the flow stress with the logarithm of the strain rate",
+        kind: real(&ONE, "", [0.0, 1.0], Some(0.01), parameter!(material.constants.rate_coefficient)),
+    },
+    Variable {
+        reference: 1109,
+        name: "material.reference_rate",
+        description: "Johnson-Cook reference strain rate",
+        kind: real(&PER_SECOND, "", [1e-8, 1e8], Some(1.0), parameter!(material.constants.reference_rate)),
+    },
+    Variable {
+        reference: 1110,
+        name: "material.thermal_exponent",
+        description: "Johnson-Cook constant m: exponent of the thermal softening",
+        kind: real(&ONE, "", [0.05, 10.0], Some(1.0), parameter!(material.constants.thermal_exponent)),
+    },
+    Variable {
+        reference: 1111,
+        name: "material.melting_temperature",
+        description: "temperature at which the flow stress vanishes",
+        kind: real(
+            &KELVIN,
+            "degC",
+            [200.0, 6000.0],
+            Some(1500.0),
+            parameter!(material.constants.melting_temperature),
+        ),
+    },
+    Variable {
+        reference: 1112,
+        name: "material.reference_temperature",
+        description: "temperature below which nothing softens",
+        kind: real(
+            &KELVIN,
+            "degC",
+            [1.0, 5000.0],
+            Some(300.0),
+            parameter!(material.constants.reference_temperature),
+        ),
+    },
+    Variable {
+        reference: 1113,
+        name: "material.specific_heat",
+        description: "specific heat",
+        kind: real(
+            &JOULE_PER_KILOGRAM_KELVIN,
+            "",
+            [1.0, 1e5],
+            Some(500.0),
+            parameter!(material.constants.specific_heat),
+        ),
+    },
+    Variable {
+        reference: 1114,
+        name: "material.conductivity",
+        description: "thermal conductivity",
+        kind: real(
+            &WATT_PER_METRE_KELVIN,
+            "",
+            [0.0, 5000.0],
+            Some(50.0),
+            parameter!(material.constants.conductivity),
+        ),
+    },
+    Variable {
+        reference: 1115,
+        name: "material.thermal_expansion",
+        description: "coefficient of linear thermal expansion",
+        kind: real(
+            &PER_KELVIN,
+            "",
+            [0.0, 1e-3],
+            Some(1e-5),
+            parameter!(material.constants.thermal_expansion),
+        ),
+    },
+    Variable {
+        reference: 1116,
+        name: "material.taylor_quinney",
+        description: "share of the plastic work that becomes heat",
+        kind: real(&ONE, "", [0.0, 1.0], Some(0.9), parameter!(material.constants.taylor_quinney)),
+    },
+    Variable {
+        reference: 1117,
+        name: "material.d1",
+        description: "Johnson-Cook damage constant d1: strain at failure without triaxiality",
+        kind: real(&ONE, "", [-100.0, 100.0], None, parameter!(material.constants.damage[0])),
+    },
+    Variable {
+        reference: 1118,
+        name: "material.d2",
+        description: "Johnson-Cook damage constant d2: factor of the triaxiality term",
+        kind: real(&ONE, "", [-100.0, 100.0], None, parameter!(material.constants.damage[1])),
+    },
+    Variable {
+        reference: 1119,
+        name: "material.d3",
+        description: "Johnson-Cook damage constant d3: exponent of the triaxiality term",
+        kind: real(&ONE, "", [-100.0, 100.0], None, parameter!(material.constants.damage[2])),
+    },
+    Variable {
+        reference: 1120,
+        name: "material.d4",
+        description: "Johnson-Cook damage constant d4: factor of the rate term",
+        kind: real(&ONE, "", [-100.0, 100.0], None, parameter!(material.constants.damage[3])),
+    },
+    Variable {
+        reference: 1121,
+        name: "material.d5",
+        description: "Johnson-Cook damage constant d5: factor of the temperature term",
+        kind: real(&ONE, "", [-100.0, 100.0], None, parameter!(material.constants.damage[4])),
+    },
+    Variable {
+        reference: 1200,
+        name: "effects.heat",
+        description: "what heats the material and where the heat goes",
+        kind: choice_parameter!(enumerations::HEAT, Heat, effects.heat),
+    },
+    Variable {
+        reference: 1201,
+        name: "effects.rate",
+        description: "flow stress depends on the strain rate",
+        kind: Kind::Boolean(parameter!(effects.rate)),
+    },
+    Variable {
+        reference: 1202,
+        name: "effects.thermal_softening",
+        description: "flow stress depends on the temperature",
+        kind: Kind::Boolean(parameter!(effects.thermal_softening)),
+    },
+    Variable {
+        reference: 1203,
+        name: "effects.tool_heat",
+        description: "tool takes up and conducts heat",
+        kind: Kind::Boolean(parameter!(effects.tool_heat)),
+    },
+    Variable {
+        reference: 1204,
+        name: "effects.thermal_expansion",
+        description: "heat makes the material expand",
+        kind: Kind::Boolean(parameter!(effects.thermal_expansion)),
+    },
+    Variable {
+        reference: 1205,
+        name: "effects.damage",
+        description: "material takes damage and separates",
+        kind: Kind::Boolean(parameter!(effects.damage)),
+    },
+    Variable {
+        reference: 1206,
+        name: "effects.sticking",
+        description: "friction traction is capped by the material's shear strength",
+        kind: Kind::Boolean(parameter!(effects.sticking)),
+    },
+    Variable {
+        reference: 1207,
+        name: "effects.artificial_viscosity",
+        description: "shocks are damped by artificial viscosity",
+        kind: Kind::Boolean(parameter!(effects.artificial_viscosity)),
+    },
+    Variable {
+        reference: 1208,
+        name: "effects.volumetric_locking_control",
+        description: "volumetric locking of the plastic flow is controlled",
+        kind: Kind::Boolean(parameter!(effects.volumetric_locking_control)),
+    },
+];

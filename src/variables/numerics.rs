@@ -1,0 +1,96 @@
+//! Parameters of how a scene is computed.
+//!
+//! The Courant number ends at 0.65: FLIP with the stress update last gives too much plastic strain from 0.7 on while the
+//! force still looks right, and its linear stability ends at 0.756.
+
+use super::units::*;
+use super::{NONE, Variable, choice_parameter, enumerations, integer, parameter, real};
+use crate::scene::{Accuracy, ContactChoice, DimensionChoice, Precision, ShapeChoice, Speed, TransferChoice};
+
+/// Parameters with references 1300 to 1399.
+pub(super) static PARAMETERS: &[Variable] = &[
+    Variable {
+        reference: 1300,
+        name: "numerics.dimension",
+        description: "plane strain or three dimensions",
+        kind: choice_parameter!(enumerations::DIMENSION, DimensionChoice, numerics.dimension),
+    },
+    Variable {
+        reference: 1301,
+        name: "numerics.point_spacing",
+        description: "distance between neighbouring material points at the start; half of it costs 8 times as much in plane strain",
+        kind: real(&METRE, "µm", [1e-7, 1e-3], Some(1e-5), parameter!(numerics.point_spacing)),
+    },
+    Variable {
+        reference: 1302,
+        name: "numerics.points_per_cell_edge",
+        description: "material points along each edge of a grid cell at the start",
+        kind: integer([1, 4], parameter!(numerics.points_per_cell_edge)),
+    },
+    Variable {
+        reference: 1303,
+        name: "numerics.courant",
+        description: "time step over the time in which sound and material cross a grid cell; FLIP is silently wrong from 0.7 on and unstable above 0.756",
+        kind: real(&ONE, "", [0.01, 0.65], Some(0.5), parameter!(numerics.courant)),
+    },
+    Variable {
+        reference: 1304,
+        name: "numerics.shape_function",
+        description: "shape function between material points and grid",
+        kind: choice_parameter!(enumerations::SHAPE_FUNCTION, ShapeChoice, numerics.shape_function),
+    },
+    Variable {
+        reference: 1305,
+        name: "numerics.transfer",
+        description: "how velocities go from the grid back to the points",
+        kind: choice_parameter!(enumerations::TRANSFER, TransferChoice, numerics.transfer),
+    },
+    Variable {
+        reference: 1306,
+        name: "numerics.contact",
+        description: "contact law between tool and workpiece",
+        kind: choice_parameter!(enumerations::CONTACT, ContactChoice, numerics.contact),
+    },
+    Variable {
+        reference: 1307,
+        name: "numerics.precision",
+        description: "floating-point format of points and grid",
+        kind: choice_parameter!(enumerations::PRECISION, Precision, numerics.precision),
+    },
+    Variable {
+        reference: 1308,
+        name: "numerics.speed",
+        description: "how much accuracy is traded for speed",
+        kind: choice_parameter!(enumerations::SPEED, Speed, numerics.speed),
+    },
+    Variable {
+        reference: 1309,
+        name: "numerics.mass_scaling",
+        description: "factor on the mass, for larger time steps at ordinary cutting speeds; 1 for none, 0 for as much as numerics.inertia_error allows",
+        kind: real(&ONE, "", [0.0, 1e8], Some(1.0), parameter!(numerics.mass_scaling)),
+    },
+    Variable {
+        reference: 1310,
+        name: "numerics.inertia_error",
+        description: "share of the cutting force that automatic mass scaling may change",
+        kind: real(&ONE, "%", [1e-5, 0.5], Some(0.005), parameter!(numerics.inertia_error)),
+    },
+    Variable {
+        reference: 1311,
+        name: "numerics.accuracy",
+        description: "sets spacing, scheme and speed together; custom lets the single parameters decide",
+        kind: choice_parameter!(enumerations::ACCURACY, Accuracy, numerics.accuracy),
+    },
+    Variable {
+        reference: 1312,
+        name: "numerics.threads",
+        description: "threads of this instance; 0 for all that pay",
+        kind: integer([0, 1024], parameter!(numerics.threads)),
+    },
+    Variable {
+        reference: 1313,
+        name: "numerics.wall_time_limit",
+        description: "wall time that one doStep may take before it is discarded at a time it can go on from; 0 for any",
+        kind: real(&SECOND, "", [0.0, NONE], None, parameter!(numerics.wall_time_limit)),
+    },
+];

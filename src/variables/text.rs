@@ -1,0 +1,294 @@
+//! Variables as text: set by name, list, suggest, document.
+
+use super::{Causality, Kind, Real, Variable, all, by_name};
+use crate::Error;
+use crate::scene::Scene;
+use std::fmt::Write;
+
+/// Sets a parameter or the start of an input by its name, from text as a user types it.
+///
+/// * `name`: as in the variable table, `tool.rake_angle`
+/// * `text`: a number in SI units (`0.17`) or with one of the variable's units (`10 deg`); `true` or `false`; an item
+///   of an enumeration by name or number; any text for a String
+///
+/// # Errors
+/// An unknown name (with the nearest one), an output, a text that is no value of the type, a value out of range. The scene
+/// is unchanged then.
+pub fn set_by_name(scene: &mut Scene, name: &str, text: &str) -> Result<(), Error> {
+    let Some(variable) = by_name(name) else {
+        let hint = nearest_name(name).map(|near| format!("; did you mean '{near}'?")).unwrap_or_default();
+        return Err(Error::Inconsistent(format!("there is no variable '{name}'{hint}")));
+    };
+    if variable.causality() == Causality::Output {
+        return Err(Error::Inconsistent(format!("{name} is an output and cannot be set")));
+    }
+    match &variable.kind {
+        Kind::Real(real) => {
+            let value =
+                parse_quantity(real, text).ok_or_else(|| malformed(name, text, &number_hint(real)))?;
+            real.check(name, value)?;
+            real.access.set_start(scene, value);
+        }
+        Kind::Integer(integer) => {
+            let value = text.trim().parse().map_err(|_| malformed(name, text, "a whole number"))?;
+            integer.check(name, value)?;
+            integer.access.set_start(scene, value);
+        }
+        Kind::Boolean(access) => {
+            let value = match text.trim() {
+                "true" | "1" => true,
+                "false" | "0" => false,
+                _ => return Err(malformed(name, text, "true or false")),
+            };
+            access.set_start(scene, value);
+        }
+        Kind::Text(access) => {
+            access.set_start(scene, text.to_owned());
+        }
+        Kind::Choice(choice) => {
+            let item = text.trim();
+            let number = choice.of.number_of(item).or_else(|| item.parse().ok());
+            let number = number.filter(|number| choice.of.name_of(*number).is_some());
+            let (asked, allowed) = (item.to_owned(), choice.of.list());
+            let number =
+                number.ok_or_else(|| Error::NotAvailable { name: name.to_owned(), asked, allowed })?;
+            choice.access.set_start(scene, number);
+        }
+    }
+    Ok(())
+}
+
+/// All parameters and inputs in use: name, value and unit (empty where there is none).
+pub fn values_in_use(scene: &Scene) -> Vec<(&'static str, String, &'static str)> {
+    let mut values = Vec::new();
+    for variable in all() {
+        let unit = if let Kind::Real(real) = &variable.kind { real.unit.name } else { "" };
+        if let Some(value) = start_text(variable, scene) {
+            values.push((variable.name, value, if unit == "1" { "" } else { unit }));
+        }
+    }
+    values
+}
+
+/// The variable whose name looks most like a mistyped one, if any is near.
+pub fn nearest_name(name: &str) -> Option<&'static str> {
+    let settable = all().filter(|variable| variable.causality() != Causality::Output);
+    let (distance, near) = settable
+        .map(|variable| {
+            // A user who forgets the group ("rake_angle") means the variable all the same.
+            let last = variable.name.rsplit('.').next().unwrap_or(variable.name);
+            let distance = edit_distance(name, variable.name).min(edit_distance(name, last) + 1);
+            (distance, variable.name)
+        })
+        .min()?;
+    (distance <= 2 + name.chars().count() / 4).then_some(near)
+}
+
+/// A real number in the shortest form that reads back as the same number.
+pub fn format_real(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || (1e-3..1e6).contains(&size) { format!("{value}") } else { format!("{value:e}") }
+}
+
+/// The table of all variables in Markdown, for the README.
+pub fn markdown_table() -> String {
+    let mut text = String::new();
+    let groups =
+        [("Inputs", Causality::Input), ("Outputs", Causality::Output), ("Parameters", Causality::Parameter)];
+    for (title, causality) in groups {
+        let has_start = causality != Causality::Output;
+        let start = if has_start { " start | range |" } else { "" };
+        let rule = if has_start { "---|---|" } else { "" };
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "### {title}\n\n| name | unit |{start} meaning |\n|---|---|{rule}---|");
+        for variable in all().filter(|variable| variable.causality() == causality) {
+            let _ = writeln!(text, "{}", markdown_row(variable, has_start));
+        }
+        text.push('\n');
+    }
+    text.truncate(text.trim_end().len());
+    text.push('\n');
+    text
+}
+
+fn markdown_row(variable: &Variable, has_start: bool) -> String {
+    let unit = match &variable.kind {
+        Kind::Real(real) => real.unit.name,
+        _ => variable.type_name(),
+    };
+    let mut row = format!("| `{}` | {unit} |", variable.name);
+    if has_start {
+        let start = start_text(variable, &Scene::default()).unwrap_or_default();
+        let start = if matches!(variable.kind, Kind::Text(_)) { format!("\"{start}\"") } else { start };
+        let _ = write!(row, " {start} | {} |", range_text(&variable.kind));
+    }
+    let _ = write!(row, " {} |", variable.description);
+    row
+}
+
+/// The range as a reader likes it; open ends are dots.
+fn range_text(kind: &Kind) -> String {
+    let end = |value: f64| if value.is_finite() { format_real(value) } else { "…".to_owned() };
+    match kind {
+        Kind::Real(real) if real.unit.name == "rad" => {
+            let degrees = |value: f64| format!("{:.0}°", value.to_degrees());
+            format!("{} to {}", degrees(real.min), degrees(real.max))
+        }
+        Kind::Real(real) => format!("{} to {}", end(real.min), end(real.max)),
+        Kind::Integer(integer) => format!("{} to {}", integer.min, integer.max),
+        Kind::Choice(choice) => (choice.of.items)().join(", "),
+        Kind::Boolean(_) | Kind::Text(_) => String::new(),
+    }
+}
+
+/// The start value as `set_by_name` reads it; none for an output.
+fn start_text(variable: &Variable, scene: &Scene) -> Option<String> {
+    match &variable.kind {
+        Kind::Real(real) => real.access.start(scene).map(format_real),
+        Kind::Integer(integer) => integer.access.start(scene).map(|value| value.to_string()),
+        Kind::Boolean(access) => access.start(scene).map(|value| value.to_string()),
+        Kind::Text(access) => access.start(scene),
+        Kind::Choice(choice) => {
+            let number = choice.access.start(scene)?;
+            choice.of.name_of(number).map(str::to_owned)
+        }
+    }
+}
+
+/// A number, alone or followed by the variable's unit or one of its display units, in the variable's unit.
+fn parse_quantity(real: &Real, text: &str) -> Option<f64> {
+    let text = text.trim();
+    if let Ok(value) = text.parse() {
+        return Some(value);
+    }
+    // The longest prefix that is a number; the rest must be a unit ("1e-3 m", "0.3mm", "10 deg").
+    let (number, unit) = text.char_indices().rev().find_map(|(cut, _)| {
+        let (number, unit) = text.split_at(cut);
+        Some((number.trim().parse::<f64>().ok()?, unit.trim()))
+    })?;
+    if unit == real.unit.name {
+        return Some(number);
+    }
+    // Keyboards lack the micro sign: um and us mean µm and µs.
+    let is_named = |name: &str| unit == name || (name.starts_with('µ') && unit == name.replacen('µ', "u", 1));
+    real.unit.displays.iter().find(|display| is_named(display.name)).map(|display| display.to_unit(number))
+}
+
+fn number_hint(real: &Real) -> String {
+    let mut units: Vec<&str> = real.unit.displays.iter().map(|display| display.name).collect();
+    units.insert(0, real.unit.name);
+    format!("a number, without unit in {}, or with one of: {}", real.unit.name, units.join(", "))
+}
+
+fn malformed(name: &str, text: &str, expected: &str) -> Error {
+    Error::Inconsistent(format!("{name} = '{text}' cannot be read; expected is {expected}"))
+}
+
+/// Fewest insertions, deletions and replacements between two words (Levenshtein).
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(x != *y);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Heat, ShapeChoice};
+
+    fn set(name: &str, text: &str) -> Result<Scene, Error> {
+        let mut scene = Scene::default();
+        let result = set_by_name(&mut scene, name, text);
+        if result.is_err() {
+            assert_eq!(scene, Scene::default(), "a refused {name} = {text} changed the scene");
+        }
+        result.map(|()| scene)
+    }
+
+    /// Every way a user writes a value means the same value.
+    #[test]
+    fn values_are_read_in_any_unit_of_the_variable() {
+        for text in ["3e-4", " 0.0003 ", "0.3 mm", "0.3mm", "300 µm", "300um", "3e-4 m"] {
+            let feed = set("feed", text).unwrap().inputs.feed;
+            // 300 µm and 0.3 mm are one division away from 3e-4.
+            assert!((feed - 3e-4).abs() <= 2.0 * f64::EPSILON * 3e-4, "{text} was read as {feed}");
+        }
+        assert_eq!(set("tool.rake_angle", "10 deg").unwrap().tool.rake_angle, 10f64.to_radians());
+        let scene = set("workpiece.initial_temperature", "25 degC").unwrap();
+        assert_eq!(scene.workpiece.initial_temperature, 298.15);
+        assert_eq!(set("tool_velocity", "300 m/min").unwrap().inputs.tool_velocity, 5.0);
+        assert!(!set("effects.rate", "false").unwrap().effects.rate);
+        assert_eq!(set("effects.heat", "none").unwrap().effects.heat, Heat::None);
+        assert_eq!(set("numerics.shape_function", "1").unwrap().numerics.shape_function, ShapeChoice::Linear);
+        assert_eq!(set("material.name", "custom").unwrap().material.name, "custom");
+        assert_eq!(set("numerics.threads", "2").unwrap().numerics.threads, 2);
+    }
+
+    /// A wrong value is refused with words that help, and changes nothing.
+    #[test]
+    fn wrong_values_are_refused_with_a_helpful_text() {
+        let cases = [
+            ("tool.rake_angel", "0.1", "did you mean 'tool.rake_angle'"),
+            ("rake_angle", "0.1", "did you mean 'tool.rake_angle'"),
+            ("xyzzyxyzzy", "0.1", "there is no variable 'xyzzyxyzzy'"),
+            ("tool.rake_angle", "10 mm", "rad, deg"),
+            ("tool.rake_angle", "", "expected is a number"),
+            ("tool.rake_angle", "70 deg", "outside"),
+            ("tool.rake_angle", "nan", "not a finite number"),
+            ("numerics.courant", "0.7", "outside [0.01, 0.65]"),
+            ("numerics.threads", "1.5", "whole number"),
+            ("numerics.threads", "-1", "outside [0, 1024]"),
+            ("effects.rate", "yes", "true or false"),
+            ("effects.heat", "hot", "none (1), adiabatic (2), conduction (3)"),
+            ("effects.heat", "4", "none (1), adiabatic (2), conduction (3)"),
+            ("cutting_force", "1", "is an output"),
+        ];
+        for (name, text, expected) in cases {
+            let message = set(name, text).unwrap_err().to_string();
+            assert!(message.contains(expected), "{name} = {text}: {message}");
+        }
+    }
+
+    /// The list written into results files sets up the same scene again.
+    #[test]
+    fn values_in_use_read_back_as_the_same_scene() {
+        let mut scene = Scene::default();
+        scene.tool.rake_angle = 0.1 + 0.2;
+        scene.material.name = "custom".into();
+        scene.material.constants.thermal_expansion = 1.234_567_890_123_456_7e-5;
+        let mut copy = Scene::default();
+        for (name, value, _) in values_in_use(&scene) {
+            set_by_name(&mut copy, name, &value).unwrap();
+        }
+        assert_eq!(copy, scene);
+    }
+
+    /// The README's table has a row for every variable and no cell that breaks it.
+    #[test]
+    fn the_markdown_table_has_a_row_for_each_variable() {
+        let table = markdown_table();
+        for variable in all() {
+            assert!(table.contains(&format!("| `{}` |", variable.name)), "{} is missing", variable.name);
+            assert!(!variable.description.contains('|'), "{}", variable.name);
+        }
+        let columns = |line: &str| line.matches('|').count();
+        assert!(table.lines().all(|line| line.is_empty() || line.starts_with('#') || columns(line) >= 4));
+    }
+
+    /// Distances known by hand.
+    #[test]
+    fn edit_distance_counts_edits() {
+        assert_eq!(edit_distance("kitten", "sitting"), 3);
+        assert_eq!(edit_distance("", "abc"), 3);
+        assert_eq!(edit_distance("feed", "feed"), 0);
+    }
+}

@@ -1,0 +1,95 @@
+//! `cargo xtask test`: every check of the project, all run even where one fails, with the time each took.
+
+use std::time::Instant;
+
+use crate::setup::Tools;
+use crate::{Outcome, describe, package, process, root, setup};
+
+/// Checks of the physics run optimised, with debug assertions; link-time optimisation would only cost build time.
+const OPTIMISED: [&str; 7] = [
+    "--release",
+    "--config",
+    "profile.release.lto=\"off\"",
+    "--config",
+    "profile.release.codegen-units=16",
+    "--config",
+    "profile.release.debug-assertions=true",
+];
+
+/// Runs all stages.
+///
+/// # Errors
+/// Names the stages that failed.
+pub fn run() -> Outcome {
+    let mut stages = Stages::default();
+    stages.run("formatting", || process::run(&mut process::cargo(&["fmt", "--all", "--", "--check"])));
+    let tools = stages.run("set-up", setup::prepare);
+    stages.run("clippy", || {
+        let arguments =
+            ["clippy", "--workspace", "--all-targets", "--features", "swarf/plot", "--", "-D", "warnings"];
+        process::run(ready(&tools)?.apply(&mut process::cargo(&arguments)))
+    });
+    stages.run("generated texts", || describe::description(true).and_then(|()| describe::readme(true)));
+    stages.run("unit and integration tests", || {
+        let mut command =
+            process::cargo(&["test", "--package", "swarf", "--package", "xtask", "--no-fail-fast"]);
+        process::run(command.args(["--features", "swarf/plot"]).args(OPTIMISED))
+    });
+    let fmu = stages.run("package", package::build);
+    stages.run("FMU through the fmi crate", || {
+        fmu.as_ref().ok_or("no FMU was packaged")?;
+        let mut command = process::cargo(&["test", "--package", "swarf-master", "--no-fail-fast"]);
+        process::run(ready(&tools)?.apply(command.args(OPTIMISED)))
+    });
+    stages.run("FMU through FMPy", || {
+        fmu.as_ref().ok_or("no FMU was packaged")?;
+        let mut command = std::process::Command::new(&ready(&tools)?.python);
+        command.current_dir(root()).args([
+            "-m",
+            "pytest",
+            "-p",
+            "no:cacheprovider",
+            "--durations=5",
+            "fmpy_tests",
+        ]);
+        process::run(command.env("PYTHONDONTWRITEBYTECODE", "1"))
+    });
+    stages.report()
+}
+
+fn ready(tools: &Option<Tools>) -> Outcome<&Tools> {
+    tools.as_ref().ok_or_else(|| "the set-up failed".into())
+}
+
+/// What ran, for how long, and how it ended.
+#[derive(Default)]
+struct Stages(Vec<(&'static str, f64, Option<String>)>);
+
+impl Stages {
+    fn run<T>(&mut self, name: &'static str, work: impl FnOnce() -> Outcome<T>) -> Option<T> {
+        println!("\n== {name}");
+        let begin = Instant::now();
+        let outcome = work();
+        let seconds = begin.elapsed().as_secs_f64();
+        let (value, failure) = match outcome {
+            Ok(value) => (Some(value), None),
+            Err(text) => {
+                eprintln!("xtask: {text}");
+                (None, Some(text))
+            }
+        };
+        self.0.push((name, seconds, failure));
+        value
+    }
+
+    fn report(&self) -> Outcome {
+        println!("\n== stages");
+        for (name, seconds, failure) in &self.0 {
+            println!("{:<28} {seconds:7.1} s  {}", name, if failure.is_some() { "FAILED" } else { "ok" });
+        }
+        println!("{:<28} {:7.1} s", "all", self.0.iter().map(|stage| stage.1).sum::<f64>());
+        let failed: Vec<&str> =
+            self.0.iter().filter(|stage| stage.2.is_some()).map(|stage| stage.0).collect();
+        if failed.is_empty() { Ok(()) } else { Err(format!("failed: {}", failed.join(", "))) }
+    }
+}
