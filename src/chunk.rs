@@ -97,8 +97,10 @@ pub struct Substep<'a, F, M, C> {
     pub model: &'a M,
     /// Contact law.
     pub contact: &'a C,
-    /// The tool at the start of the substep.
+    /// The tool at the start of the substep, which acts on the nodes.
     pub tool: &'a RigidTool,
+    /// The tool at the end of the substep, which no point may enter.
+    pub tool_after: Option<&'a RigidTool>,
     /// Nodes lighter than this (kg) stay at rest: nothing but rounding is left there.
     pub lightest: f64,
     /// Substep (s).
@@ -157,13 +159,16 @@ impl<R: Real, D: Dimension, S> Chunk<R, D, S> {
         outgoing: &mut NodeRun<R>,
         common: &Substep<'_, F, M, C>,
     ) {
-        dispatch(common.instructions, NodesPass::<R, D> {
-            nodes: &mut self.nodes,
-            incoming,
-            lightest: R::from_f64(common.lightest),
-            dt: R::from_f64(common.dt),
-            dimension: std::marker::PhantomData,
-        });
+        dispatch(
+            common.instructions,
+            NodesPass::<R, D> {
+                nodes: &mut self.nodes,
+                incoming,
+                lightest: R::from_f64(common.lightest),
+                dt: R::from_f64(common.dt),
+                dimension: std::marker::PhantomData,
+            },
+        );
         let mut sums = NodeSums::default();
         self.fix_nodes(&mut sums);
         self.touch(common, &mut sums);
@@ -182,15 +187,19 @@ impl<R: Real, D: Dimension, S> Chunk<R, D, S> {
         outgoing: &mut NodeRun<R>,
         common: &Substep<'_, F, M, C>,
     ) -> PassSums {
-        dispatch(common.instructions, PointsPass {
-            blocks: &mut self.blocks,
-            nodes: &self.nodes,
-            deposit: outgoing,
-            layout: common.layout,
-            shape: common.shape,
-            model: common.model,
-            dt: common.dt,
-        })
+        dispatch(
+            common.instructions,
+            PointsPass {
+                blocks: &mut self.blocks,
+                nodes: &self.nodes,
+                deposit: outgoing,
+                layout: common.layout,
+                shape: common.shape,
+                model: common.model,
+                tool: common.tool_after,
+                dt: common.dt,
+            },
+        )
     }
 
     /// Deposits mass, momentum and force of points that have just been sorted, without moving them.
@@ -200,7 +209,7 @@ impl<R: Real, D: Dimension, S> Chunk<R, D, S> {
         common: &Substep<'_, F, M, C>,
     ) {
         self.nodes.clear();
-        let _ = self.move_points(outgoing, &Substep { dt: 0.0, ..*common });
+        let _ = self.move_points(outgoing, &Substep { dt: 0.0, tool_after: None, ..*common });
     }
 
     /// Sets fixed components to zero; their reaction does no work, and what their motion held is lost.
@@ -213,7 +222,8 @@ impl<R: Real, D: Dimension, S> Chunk<R, D, S> {
             grid::set_node::<R, D>(record, velocity, D::vector(|axis| velocity[axis] - old[axis]));
             if self.owned.contains(&(self.nodes.first + node.index)) {
                 let mass = self.nodes.mass[node.index].to_f64();
-                let square: f64 = (0..D::AXES).filter(|&axis| node.axes[axis]).map(|axis| old[axis] * old[axis]).sum();
+                let square: f64 =
+                    (0..D::AXES).filter(|&axis| node.axes[axis]).map(|axis| old[axis] * old[axis]).sum();
                 sums.contact_loss += 0.5 * mass * square;
             }
         }
@@ -226,8 +236,10 @@ impl<R: Real, D: Dimension, S> Chunk<R, D, S> {
         let index = |axis: usize, x: f64| (x - layout.origin[axis]) / layout.cell;
         let plane = layout.pencils_per_plane::<D>() as usize;
         // Only nodes within the tool's box can be inside it.
-        let columns = index(0, low[0]).ceil().max(0.0) as usize..(index(0, high[0]).floor() + 1.0).max(0.0) as usize;
-        let window = (columns.start * plane).max(self.pencils.start)..(columns.end * plane).min(self.pencils.end);
+        let columns =
+            index(0, low[0]).ceil().max(0.0) as usize..(index(0, high[0]).floor() + 1.0).max(0.0) as usize;
+        let window =
+            (columns.start * plane).max(self.pencils.start)..(columns.end * plane).min(self.pencils.end);
         for pencil in window {
             let count = layout.start[pencil + 1] - layout.start[pencil];
             let begin = layout.start[pencil].wrapping_sub(self.nodes.first);
@@ -243,7 +255,8 @@ impl<R: Real, D: Dimension, S> Chunk<R, D, S> {
                 }
                 let record = &mut self.nodes.records[node * D::QUADS..(node + 1) * D::QUADS];
                 let trial = grid::velocity::<R, D>(record);
-                let Some(contact) = common.contact.correct::<D>(tool, [position[0], position[1]], &trial) else {
+                let Some(contact) = common.contact.correct::<D>(tool, [position[0], position[1]], &trial)
+                else {
                     continue;
                 };
                 let gain = grid::increment::<R, D>(record);
@@ -297,25 +310,27 @@ impl<R: Real, D: Dimension> Kernel<R> for NodesPass<'_, R, D> {
     fn run<S: Simd<Scalar = R>>(self) {
         let nodes = self.nodes;
         nodes.clear();
-        let range = nodes.first..nodes.first + nodes.len::<D>();
+        let range = nodes.first..nodes.first + nodes.count::<D>();
         for run in self.incoming {
-            let (first, end) = (run.first.max(range.start), (run.first + run.len::<D>()).min(range.end));
+            let (first, end) = (run.first.max(range.start), (run.first + run.count::<D>()).min(range.end));
             if first >= end {
                 continue;
             }
             let to = first - range.start..end - range.start;
             let from = first - run.first..end - run.first;
             let records = &run.records[from.start * D::QUADS..from.end * D::QUADS];
-            for (sum, Record(add)) in nodes.records[to.start * D::QUADS..to.end * D::QUADS].iter_mut().zip(records) {
-                for k in 0..4 {
-                    sum.0[k] = sum.0[k] + add[k];
+            for (sum, Record(add)) in
+                nodes.records[to.start * D::QUADS..to.end * D::QUADS].iter_mut().zip(records)
+            {
+                for (sum, &add) in sum.0.iter_mut().zip(add) {
+                    *sum += add;
                 }
             }
             for (sum, &add) in nodes.mass[to].iter_mut().zip(&run.mass[from]) {
-                *sum = *sum + add;
+                *sum += add;
             }
         }
-        let count = nodes.len::<D>();
+        let count = nodes.count::<D>();
         grid::momentum_to_velocity::<R, D>(&mut nodes.records, &nodes.mass[..count], self.lightest, self.dt);
     }
 }

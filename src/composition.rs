@@ -11,7 +11,9 @@ use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use crate::error::Error;
 use crate::grid::{FixedNodes, Layout};
 use crate::material::ConstitutiveModel;
-use crate::material::effects::{Adiabatic, Isothermal, RateDependent, RateEffect, RateIndependent, Softening, ThermalEffect};
+use crate::material::effects::{
+    Adiabatic, Isothermal, RateDependent, RateEffect, RateIndependent, Softening, ThermalEffect,
+};
 use crate::material::johnson_cook::JohnsonCook;
 use crate::material::library;
 use crate::partition::Partition;
@@ -47,7 +49,11 @@ pub fn check(scene: &Scene) -> Result<Scene, Error> {
         )));
     }
     let spacing = scene.numerics.point_spacing;
-    let width = if scene.numerics.dimension == DimensionChoice::ThreeDimensional { workpiece.width / spacing } else { 1.0 };
+    let width = if scene.numerics.dimension == DimensionChoice::ThreeDimensional {
+        workpiece.width / spacing
+    } else {
+        1.0
+    };
     let points = workpiece.length / spacing * workpiece.height / spacing * width;
     if points > MOST_POINTS {
         return Err(Error::Inconsistent(format!(
@@ -105,7 +111,12 @@ fn refuse_missing(scene: &Scene) -> Result<(), Error> {
         (numerics.precision != Precision::Double, "numerics.precision", "single", "double"),
         (numerics.speed != Speed::Exact, "numerics.speed", "balanced or fast", "exact"),
         (numerics.mass_scaling != 1.0, "numerics.mass_scaling", "not 1", "1"),
-        (numerics.inertia_error != 0.005, "numerics.inertia_error", "not 0.005", "0.005 (no mass scaling yet)"),
+        (
+            numerics.inertia_error != 0.005,
+            "numerics.inertia_error",
+            "not 0.005",
+            "0.005 (no mass scaling yet)",
+        ),
         (numerics.accuracy != Accuracy::Custom, "numerics.accuracy", "a preset", "custom"),
     ];
     match missing.into_iter().find(|entry| entry.0) {
@@ -135,7 +146,10 @@ pub fn effects_summary(scene: &Scene) -> String {
         (_, true) => "adiabatic heat with softening".to_string(),
     };
     let friction = if scene.inputs.friction == 0.0 { "friction 0 at the start" } else { "friction" };
-    format!("effects: plasticity ({}), {rate}, {heat}, {friction}; contact at the exact tool surface", scene.material.name)
+    format!(
+        "effects: plasticity ({}), {rate}, {heat}, {friction}; contact at the exact tool surface",
+        scene.material.name
+    )
 }
 
 /// Builds the solver of a scene that `check` has returned.
@@ -156,7 +170,10 @@ fn with_shape<D: Dimension>(scene: &Scene) -> Result<Box<dyn Solver>, Error> {
     }
 }
 
-fn with_rate<R: Real, D: Dimension, F: ShapeFunction<R>>(scene: &Scene, shape: F) -> Result<Box<dyn Solver>, Error> {
+fn with_rate<R: Real, D: Dimension, F: ShapeFunction<R>>(
+    scene: &Scene,
+    shape: F,
+) -> Result<Box<dyn Solver>, Error> {
     let constants = &scene.material.constants;
     if scene.effects.rate && constants.rate_coefficient != 0.0 {
         let rate = RateDependent {
@@ -233,7 +250,9 @@ fn cutting_block<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
         origin[axis] = -cell * f64::from(first[axis]);
         counts[axis] = first[axis] + ((size[axis] + behind[axis]) / cell).ceil() as i32 + 4;
     }
-    let last = |axis: usize| if axis < D::AXES { first[axis] + (size[axis] / cell + 1e-9).floor() as i32 } else { 0 };
+    let last = |axis: usize| {
+        if axis < D::AXES { first[axis] + (size[axis] / cell + 1e-9).floor() as i32 } else { 0 }
+    };
     let everything = i32::MAX / 2;
     let depth = (-everything, everything);
     let left = FixedNodes {
@@ -268,7 +287,8 @@ fn lattice<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
     for number in 0..total {
         let index = [number / (count[1] * count[2]), number / count[2] % count[1], number % count[2]];
         let (block, lane) = (&mut blocks[number / BLOCK], number % BLOCK);
-        let position = D::vector(|axis| f64::from(first[axis]) + (index[axis] as f64 + 0.5) * step[axis] / cell);
+        let position =
+            D::vector(|axis| f64::from(first[axis]) + (index[axis] as f64 + 0.5) * step[axis] / cell);
         block.set_grid_position(lane, position);
         block.volume[lane] = R::from_f64(volume);
         block.id[lane] = number as u32;
@@ -288,9 +308,6 @@ fn tool_before_workpiece(scene: &Scene) -> Result<RigidTool, Error> {
     let on_rake = start[0] + direction[0] / direction[1] * (feed.min(tool.height) - start[1]).max(0.0);
     let edge = shape.outline(64).into_iter().filter(|point| point[1] <= feed);
     let foremost = edge.map(|point| point[0]).fold(on_rake, f64::min);
-    let position = [
-        scene.workpiece.length + tool.initial_gap - foremost,
-        scene.workpiece.height - feed,
-    ];
+    let position = [scene.workpiece.length + tool.initial_gap - foremost, scene.workpiece.height - feed];
     Ok(RigidTool { shape, position, velocity: [0.0; 2], friction: scene.inputs.friction })
 }

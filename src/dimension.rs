@@ -13,7 +13,10 @@ use std::fmt::Debug;
 use std::ops::IndexMut;
 
 /// A short array whose length depends on the dimension.
-pub trait Short<T>: IndexMut<usize, Output = T> + AsRef<[T]> + AsMut<[T]> + Copy + Send + Sync + Debug {}
+pub trait Short<T>:
+    IndexMut<usize, Output = T> + AsRef<[T]> + AsMut<[T]> + Copy + Send + Sync + Debug
+{
+}
 impl<T: Copy + Send + Sync + Debug, const N: usize> Short<T> for [T; N] {}
 
 /// What a value must be to stand in a `Short`.
@@ -231,7 +234,11 @@ impl Dimension for ThreeDimensional {
         let w = [half * (g[2][1] - g[1][2]), half * (g[0][2] - g[2][0]), half * (g[1][0] - g[0][1])];
         let square = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
         let scale = one / V::constant(0.25).mul_add(square, one);
-        let skew = [[V::constant(0.0), -w[2], w[1]], [w[2], V::constant(0.0), -w[0]], [-w[1], w[0], V::constant(0.0)]];
+        let skew = [
+            [V::constant(0.0), -w[2], w[1]],
+            [w[2], V::constant(0.0), -w[0]],
+            [-w[1], w[0], V::constant(0.0)],
+        ];
         let rotation = Self::matrix(|i, j| {
             let product = half * (w[i] * w[j] - if i == j { square } else { V::constant(0.0) });
             let unit = if i == j { one } else { V::constant(0.0) };
@@ -257,8 +264,7 @@ impl Dimension for ThreeDimensional {
     #[inline(always)]
     fn rotate<V: Lanes>(q: &[[V; 3]; 3], s: [V; 5]) -> [V; 5] {
         let full = [[s[0], s[4], s[3]], [s[4], s[1], s[2]], [s[3], s[2], -s[0] - s[1]]];
-        let qs =
-            Self::matrix(|i, j| q[i][0] * full[0][j] + q[i][1] * full[1][j] + q[i][2] * full[2][j]);
+        let qs = Self::matrix(|i, j| q[i][0] * full[0][j] + q[i][1] * full[1][j] + q[i][2] * full[2][j]);
         let entry = |i: usize, j: usize| qs[i][0] * q[j][0] + qs[i][1] * q[j][1] + qs[i][2] * q[j][2];
         [entry(0, 0), entry(1, 1), entry(1, 2), entry(0, 2), entry(0, 1)]
     }

@@ -52,14 +52,23 @@ impl fmt::Display for Error {
                 if asked.is_finite() {
                     write!(f, "{name} = {asked}{unit} is outside [{min}, {max}]{unit}; the old value is kept")
                 } else {
-                    write!(f, "{name} = {asked} is not a finite number; allowed is [{min}, {max}]{unit}; the old value is kept")
+                    write!(
+                        f,
+                        "{name} = {asked} is not a finite number; allowed is [{min}, {max}]{unit}; the old value is kept"
+                    )
                 }
             }
             Error::NotAvailable { name, asked, allowed } => {
-                write!(f, "{name} = {asked} is not available in version {}; allowed: {allowed}", crate::VERSION)
+                write!(
+                    f,
+                    "{name} = {asked} is not available in version {}; allowed: {allowed}",
+                    crate::VERSION
+                )
             }
             Error::Inconsistent(text) | Error::Unstable(text) => f.write_str(text),
-            Error::DamagedState(text) => write!(f, "serialised state refused: {text}; the instance is unchanged"),
+            Error::DamagedState(text) => {
+                write!(f, "serialised state refused: {text}; the instance is unchanged")
+            }
             Error::File { path, reason } => write!(f, "cannot use file '{path}': {reason}"),
         }
     }

@@ -159,7 +159,8 @@ impl FixedNodes {
         let plane = layout.pencils_per_plane::<D>();
         let (first, second) = (pencil as i32 / plane, pencil as i32 % plane);
         let inside = |axis: usize, index: i32| self.low[axis] <= index && index <= self.high[axis];
-        (inside(0, first) && (D::AXES == 2 || inside(1, second))).then(|| (self.low[D::AXES - 1], self.high[D::AXES - 1]))
+        (inside(0, first) && (D::AXES == 2 || inside(1, second)))
+            .then(|| (self.low[D::AXES - 1], self.high[D::AXES - 1]))
     }
 }
 
@@ -177,7 +178,11 @@ pub fn increment<R: Real, D: Dimension>(record: &[Record<R>]) -> D::Vector<f64> 
 
 /// Writes velocity and increment of a node.
 #[inline(always)]
-pub fn set_node<R: Real, D: Dimension>(record: &mut [Record<R>], velocity: D::Vector<f64>, increment: D::Vector<f64>) {
+pub fn set_node<R: Real, D: Dimension>(
+    record: &mut [Record<R>],
+    velocity: D::Vector<f64>,
+    increment: D::Vector<f64>,
+) {
     for axis in 0..D::AXES {
         record[0].0[axis] = R::from_f64(velocity[axis]);
         if D::QUADS == 1 {
@@ -194,7 +199,12 @@ pub fn set_node<R: Real, D: Dimension>(record: &mut [Record<R>], velocity: D::Ve
 /// * `mass`: lumped mass (kg), eq. 7; a node lighter than `lightest` (kg) stays at rest
 /// * `dt`: substep (s)
 #[inline(always)]
-pub fn momentum_to_velocity<R: Real, D: Dimension>(records: &mut [Record<R>], mass: &[R], lightest: R, dt: R) {
+pub fn momentum_to_velocity<R: Real, D: Dimension>(
+    records: &mut [Record<R>],
+    mass: &[R],
+    lightest: R,
+    dt: R,
+) {
     for (node, &m) in records.chunks_exact_mut(D::QUADS).zip(mass) {
         let inverse = if m > lightest { R::ONE / m } else { R::ZERO };
         let impulse = inverse * dt;
@@ -217,14 +227,10 @@ pub fn increment_energy<R: Real, D: Dimension>(records: &[Record<R>], mass: &[R]
     // Four running sums: the compiler keeps them side by side.
     let mut sums = [R::ZERO; 4];
     for (node, &m) in records.chunks_exact(D::QUADS).zip(mass) {
-        if D::QUADS == 1 {
-            let [_, _, x, y] = node[0].0;
-            sums[0] = sums[0] + m * x * x;
-            sums[1] = sums[1] + m * y * y;
-        } else {
-            for axis in 0..4 {
-                sums[axis] = sums[axis] + m * node[1].0[axis] * node[1].0[axis];
-            }
+        let increments =
+            if D::QUADS == 1 { [R::ZERO, R::ZERO, node[0].0[2], node[0].0[3]] } else { node[1].0 };
+        for (sum, increment) in sums.iter_mut().zip(increments) {
+            *sum += m * increment * increment;
         }
     }
     0.5 * sums.iter().map(|sum| sum.to_f64()).sum::<f64>()

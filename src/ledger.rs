@@ -7,7 +7,8 @@
 //! * kinetic and elastic: from the points' velocities and stresses;
 //! * plastic: flow stress times strain increment at each return;
 //! * friction: friction impulse times slip;
-//! * contact: ½ m |Δv|² of nodes brought to the tool's or a wall's velocity in one substep (inelastic impact);
+//! * contact: ½ m |Δv|² of nodes brought to the tool's or a wall's velocity in one substep (inelastic impact),
+//!   and what points lose that are pushed out of the tool;
 //! * damping: what the scheme itself dissipates. A substep changes the points' kinetic energy by the work of all forces
 //!   at the new grid velocity less Σ_nodes m |Δv|² − ½ Σ_points m |Δv|², and their stored and plastic energy by the
 //!   stress power with the mean stress, ½ Σ V₀ Δτ : h more than the grid's forces give. So
@@ -50,13 +51,15 @@ impl Ledger {
     /// Adds the sums of a substep, in the order of the chunks.
     pub fn add(&mut self, sums: &ChunkSums) {
         let ChunkSums { nodes, points } = sums;
-        self.tool_work += nodes.tool_work;
-        self.friction_work += nodes.friction_work;
-        self.contact_loss += nodes.contact_loss;
-        self.damping += 2.0 * nodes.increment_energy - points.increment_energy - points.stress_lag - nodes.contact_loss;
+        let pushed = &points.pushed;
+        self.tool_work += nodes.tool_work + pushed.tool_work;
+        self.friction_work += nodes.friction_work + pushed.friction_work;
+        self.contact_loss += nodes.contact_loss + pushed.loss;
+        self.damping +=
+            2.0 * nodes.increment_energy - points.increment_energy - points.stress_lag - nodes.contact_loss;
         self.plastic_work += points.plastic_work;
-        self.tool_impulse[0] += nodes.tool_impulse[0];
-        self.tool_impulse[1] += nodes.tool_impulse[1];
+        self.tool_impulse[0] += nodes.tool_impulse[0] + pushed.impulse[0];
+        self.tool_impulse[1] += nodes.tool_impulse[1] + pushed.impulse[1];
     }
 
     /// Unaccounted energy (J), given the present kinetic and elastic energy (J).

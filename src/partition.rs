@@ -64,7 +64,8 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
     /// Every point, in memory order, with its block and lane.
     pub fn points(&self) -> impl Iterator<Item = (&Block<R, D, S>, usize)> {
         let blocks = self.chunks.iter().flat_map(|chunk| chunk.blocks.iter());
-        blocks.flat_map(|block| (0..BLOCK).filter(|&lane| block.is_point(lane)).map(move |lane| (block, lane)))
+        blocks
+            .flat_map(|block| (0..BLOCK).filter(|&lane| block.is_point(lane)).map(move |lane| (block, lane)))
     }
 
     /// Sorts the points and arranges the grid around them. A point that stands at the domain's rim leaves it: it is
@@ -184,7 +185,9 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         let per_block = BLOCK * (D::AXES + 1);
         let arrangement = 2 * pencils + 1 + 2 * self.chunks.len();
         let count = bulk.integers.len().checked_sub(arrangement).ok_or_else(damaged)? / per_block;
-        if count * per_block + arrangement != bulk.integers.len() || bulk.floats.len() < count * BLOCK * columns {
+        if count * per_block + arrangement != bulk.integers.len()
+            || bulk.floats.len() < count * BLOCK * columns
+        {
             return Err(damaged());
         }
         let mut next_integer = || integers.next().ok_or_else(damaged);
@@ -217,7 +220,8 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             self.layout.start.push(usize::try_from(next_integer()?).map_err(|_| damaged())?);
         }
         for ends in &mut self.ends {
-            let mut pencil = || usize::try_from(next_integer()?).ok().filter(|&k| k < pencils).ok_or_else(damaged);
+            let mut pencil =
+                || usize::try_from(next_integer()?).ok().filter(|&k| k < pencils).ok_or_else(damaged);
             *ends = (pencil()?, pencil()?);
         }
         if !self.layout.start.is_sorted() {

@@ -115,7 +115,11 @@ impl Session {
     ///
     /// # Errors
     /// As `new`.
-    pub fn with_parameters(scene: &Scene, start_time: f64, parameters: &[(String, String)]) -> Result<Self, Error> {
+    pub fn with_parameters(
+        scene: &Scene,
+        start_time: f64,
+        parameters: &[(String, String)],
+    ) -> Result<Self, Error> {
         let scene = composition::check(scene)?;
         let solver = composition::build(&scene)?;
         let results = ResultsWriter::new(&scene, parameters)?;
@@ -171,7 +175,11 @@ impl Session {
     ///
     /// # Errors
     /// `Error::Unstable` when the solver cannot go on, `Error::File` when a result cannot be written.
-    pub fn advance_to(&mut self, time: f64, watch: &mut (dyn FnMut(f64) -> bool + Send)) -> Result<Advance, Error> {
+    pub fn advance_to(
+        &mut self,
+        time: f64,
+        watch: &mut (dyn FnMut(f64) -> bool + Send),
+    ) -> Result<Advance, Error> {
         let end = time - self.course.start;
         if !self.is_behind(end) {
             return self.communicate(end, Advance::Reached);
@@ -181,10 +189,8 @@ impl Session {
             self.run_to(end, false, watch)
         } else {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-            let spawned = pool.build_scoped(
-                |thread| thread.run(),
-                |pool| pool.install(|| self.run_to(end, true, watch)),
-            );
+            let spawned = pool
+                .build_scoped(|thread| thread.run(), |pool| pool.install(|| self.run_to(end, true, watch)));
             // Without threads of our own (a sandbox, a limit on processes) the work is done on the caller's.
             match spawned {
                 Ok(advance) => advance,
@@ -213,7 +219,12 @@ impl Session {
     }
 
     /// Substeps until the clock reaches `end` or someone stops it.
-    fn run_to(&mut self, end: f64, parallel: bool, watch: &mut (dyn FnMut(f64) -> bool + Send)) -> Result<Advance, Error> {
+    fn run_to(
+        &mut self,
+        end: f64,
+        parallel: bool,
+        watch: &mut (dyn FnMut(f64) -> bool + Send),
+    ) -> Result<Advance, Error> {
         let started = Instant::now();
         let mut watched = started;
         let limit = self.course.scene.numerics.wall_time_limit;
@@ -273,13 +284,11 @@ impl Session {
         let [low, high] = course.force_range.take().unwrap_or([course.filtered_force; 2]);
         (outputs.cutting_force_min, outputs.cutting_force_max) = (low, high);
         outputs.substeps = i32::try_from(after.substeps - last.substeps).unwrap_or(i32::MAX);
-        let removed = course.inputs.tool_velocity.abs() * course.outputs_feed() * course.scene.workpiece.width;
+        let removed =
+            course.inputs.tool_velocity.abs() * course.outputs_feed() * course.scene.workpiece.width;
         let outputs = &mut course.outputs;
-        outputs.specific_cutting_energy = if outputs.chip_thickness > 0.0 && removed > 0.0 {
-            outputs.cutting_power / removed
-        } else {
-            0.0
-        };
+        outputs.specific_cutting_energy =
+            if outputs.chip_thickness > 0.0 && removed > 0.0 { outputs.cutting_power / removed } else { 0.0 };
         course.at_point = now;
         course.time = end;
         Ok(advance)
@@ -340,7 +349,8 @@ impl Session {
 
     /// The points' fields at the solver's clock.
     pub fn point_fields(&self) -> PointFields {
-        let mut fields = PointFields { time: self.course.start + self.solver.progress().clock, ..Default::default() };
+        let mut fields =
+            PointFields { time: self.course.start + self.solver.progress().clock, ..Default::default() };
         let mut points = Vec::with_capacity(self.solver.points());
         self.solver.visit_points(&mut |point| points.push(*point));
         points.sort_unstable_by_key(|point| point.id);
@@ -383,7 +393,8 @@ impl Session {
 
     /// The whole state as bytes, with version, length and checksum.
     pub fn save(&self) -> Vec<u8> {
-        let saved = SavedRef { course: &self.course, progress: self.solver.progress(), bulk: &self.solver.bulk() };
+        let saved =
+            SavedRef { course: &self.course, progress: self.solver.progress(), bulk: &self.solver.bulk() };
         let body = postcard::to_stdvec(&saved).expect("plain data always serialises to memory");
         let mut bytes = Vec::with_capacity(body.len() + HEAD);
         bytes.extend_from_slice(&MAGIC);
@@ -399,7 +410,8 @@ impl Session {
     /// `Error::DamagedState` when anything does not fit.
     pub fn restore(bytes: &[u8]) -> Result<Self, Error> {
         let damaged = |text: &str| Error::DamagedState(text.into());
-        let (head, body) = bytes.split_at_checked(HEAD).ok_or_else(|| damaged("it is shorter than its head"))?;
+        let (head, body) =
+            bytes.split_at_checked(HEAD).ok_or_else(|| damaged("it is shorter than its head"))?;
         if head[..8] != MAGIC {
             return Err(damaged(&format!("it is not a state of swarf {}", crate::VERSION)));
         }
@@ -407,7 +419,11 @@ impl Session {
             head[range].iter().rev().fold(0_u64, |sum, &byte| sum << 8 | u64::from(byte))
         };
         if number(8..16) != body.len() as u64 {
-            return Err(damaged(&format!("it has {} bytes where {} are announced", body.len(), number(8..16))));
+            return Err(damaged(&format!(
+                "it has {} bytes where {} are announced",
+                body.len(),
+                number(8..16)
+            )));
         }
         if number(16..20) != u64::from(crc32fast::hash(body)) {
             return Err(damaged("its checksum does not fit"));

@@ -129,7 +129,11 @@ mod tests {
             for (k, node) in [-1.0, 0.0, 1.0].into_iter().enumerate() {
                 let printed = printed_phi(d - node);
                 // A few roundings of numbers below one.
-                assert!((weights[k] - printed).abs() <= 4.0 * f64::EPSILON, "{} != {printed} at d = {d}", weights[k]);
+                assert!(
+                    (weights[k] - printed).abs() <= 4.0 * f64::EPSILON,
+                    "{} != {printed} at d = {d}",
+                    weights[k]
+                );
             }
         }
     }
@@ -144,7 +148,11 @@ mod tests {
                 assert!((w.iter().sum::<f64>() - 1.0).abs() <= 4.0 * f64::EPSILON, "weights {w:?} at {d}");
                 assert!(g.iter().sum::<f64>().abs() <= 4.0 * f64::EPSILON, "slopes {g:?} at {d}");
                 assert!((w[2] - w[0] - d).abs() <= 4.0 * f64::EPSILON, "first moment {} at {d}", w[2] - w[0]);
-                assert!((g[2] - g[0] - 1.0).abs() <= 4.0 * f64::EPSILON, "slope of position {} at {d}", g[2] - g[0]);
+                assert!(
+                    (g[2] - g[0] - 1.0).abs() <= 4.0 * f64::EPSILON,
+                    "slope of position {} at {d}",
+                    g[2] - g[0]
+                );
             }
         }
         check(&Linear);

@@ -129,7 +129,9 @@ pub struct Simulation<R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>, C> {
     pub progress: Progress,
 }
 
-impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: ContactLaw> Simulation<R, D, F, M, C> {
+impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: ContactLaw>
+    Simulation<R, D, F, M, C>
+{
     /// A simulation of sorted points at rest or in motion; deposits them for the first substep.
     pub fn new(
         partition: Partition<R, D, M::State>,
@@ -139,8 +141,10 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
         instructions: InstructionSet,
     ) -> Self {
         let density = model.density();
-        let lightest =
-            partition.points().map(|(block, lane)| block.volume[lane].to_f64() * density).fold(f64::MAX, f64::min);
+        let lightest = partition
+            .points()
+            .map(|(block, lane)| block.volume[lane].to_f64() * density)
+            .fold(f64::MAX, f64::min);
         let progress = Progress {
             clock: 0.0,
             last_step: 0.0,
@@ -181,13 +185,10 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
         &mut self,
         dt: f64,
         parallel: bool,
-        work: impl Fn(
-            &mut Chunk<R, D, M::State>,
-            &[NodeRun<R>],
-            &mut NodeRun<R>,
-            &Substep<'_, F, M, C>,
-        ) + Sync,
+        work: impl Fn(&mut Chunk<R, D, M::State>, &[NodeRun<R>], &mut NodeRun<R>, &Substep<'_, F, M, C>) + Sync,
     ) {
+        let mut tool_after = self.tool.clone();
+        tool_after.advance(dt);
         let Partition { layout, chunks, incoming, outgoing, .. } = &mut self.partition;
         let common = Substep {
             layout,
@@ -195,6 +196,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
             model: &self.model,
             contact: &self.contact,
             tool: &self.tool,
+            tool_after: Some(&tool_after),
             lightest: self.lightest,
             dt,
             instructions: self.instructions,
@@ -203,7 +205,10 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
             let pairs = chunks.par_iter_mut().zip(outgoing.par_iter_mut()).with_max_len(1);
             pairs.for_each(|(chunk, outgoing)| work(chunk, incoming, outgoing, &common));
         } else {
-            chunks.iter_mut().zip(outgoing).for_each(|(chunk, outgoing)| work(chunk, incoming, outgoing, &common));
+            chunks
+                .iter_mut()
+                .zip(outgoing)
+                .for_each(|(chunk, outgoing)| work(chunk, incoming, outgoing, &common));
         }
     }
 
@@ -285,7 +290,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
     /// Courant number times cell over wave speed plus speed of points and tool.
     fn time_step(&self, drive: &Drive) -> f64 {
         let [x, y] = drive.velocity;
-        let speed = self.model.sound_speed(self.progress.volume_ratio) + self.progress.fastest.max(x.hypot(y));
+        let speed =
+            self.model.sound_speed(self.progress.volume_ratio) + self.progress.fastest.max(x.hypot(y));
         self.courant * self.partition.layout.cell / speed
     }
 

@@ -15,6 +15,7 @@
 //!
 //! Equation numbers: Ambati et al. (2011). Stress is updated after the velocity ("stress last").
 
+use crate::contact::{Obstacle, PushSums, RigidTool};
 use crate::dimension::Dimension;
 use crate::grid::{Layout, Record};
 use crate::material::{ConstitutiveModel, Totals};
@@ -35,6 +36,8 @@ pub struct PassSums {
     /// ½ Σ V₀ Δτ : h (J): by how much stress power with the mean stress of the substep exceeds that with the stress
     /// at its start, which the grid's forces are made of.
     pub stress_lag: f64,
+    /// What pushing points out of the tool exchanged.
+    pub pushed: PushSums,
     /// Largest motion along an axis (cells); beyond `TRAVEL_LIMIT` the point was held and the run must stop.
     pub travel: f64,
     /// Largest volume ratio det F (-).
@@ -54,7 +57,7 @@ pub struct NodeRun<R> {
 
 impl<R: Real> NodeRun<R> {
     /// Number of nodes.
-    pub fn len<D: Dimension>(&self) -> usize {
+    pub fn count<D: Dimension>(&self) -> usize {
         self.records.len() / D::QUADS
     }
 
@@ -89,6 +92,8 @@ pub struct PointsPass<'a, R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>> 
     pub shape: &'a F,
     /// Constitutive model.
     pub model: &'a M,
+    /// The tool at the end of the substep; points inside it are pushed out. `None` only deposits.
+    pub tool: Option<&'a RigidTool>,
     /// Substep (s).
     pub dt: f64,
 }
@@ -129,19 +134,26 @@ struct Rates<R> {
     per_cell: R,
     /// One over the cell length (1/m).
     inverse_cell: R,
+    /// Density at the start (kg/m3).
+    density: R,
 }
 
-impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Kernel<R> for PointsPass<'_, R, D, F, M> {
+impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Kernel<R>
+    for PointsPass<'_, R, D, F, M>
+{
     type Output = PassSums;
 
     #[inline(always)]
     fn run<S: Simd<Scalar = R>>(self) -> PassSums {
-        let PointsPass { blocks, nodes, deposit, layout, shape, model, dt } = self;
+        let PointsPass { blocks, nodes, deposit, layout, shape, model, tool, dt } = self;
         let rates = Rates {
             dt: R::from_f64(dt),
             per_cell: R::from_f64(dt / layout.cell),
             inverse_cell: R::from_f64(1.0 / layout.cell),
+            density: R::from_f64(model.density()),
         };
+        let obstacle = tool.map(|tool| Obstacle::new(tool, layout, model.density()));
+        let mut pushed = PushSums::default();
         let mut scratch = Scratch::<R>::new();
         let mut sums = LaneSums::<S::Lanes>::zero();
         deposit.clear();
@@ -154,7 +166,13 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
                 gather::<S, D>(nodes, layout, D::vector(|axis| block.node[axis][lane]), lane, &mut scratch);
             }
             for lane in (0..BLOCK).step_by(S::Lanes::LANES) {
-                update::<S, D, F, M>(shape, model, &rates, block, lane, &mut scratch, &mut sums);
+                update::<S, D, M>(model, &rates, block, lane, &mut scratch, &mut sums);
+            }
+            if let Some(obstacle) = &obstacle {
+                obstacle.push_out(block, layout, &mut pushed);
+            }
+            for lane in (0..BLOCK).step_by(S::Lanes::LANES) {
+                prepare::<S, D, F, _>(shape, rates.density, block, lane, &mut scratch);
             }
             for lane in 0..BLOCK {
                 scatter::<S, D>(deposit, layout, D::vector(|axis| block.node[axis][lane]), lane, &scratch);
@@ -164,6 +182,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
             plastic_work: sums.model.plastic_work.sum().to_f64(),
             increment_energy: 0.5 * sums.increment_energy.sum().to_f64(),
             stress_lag: 0.5 * sums.stress_lag.sum().to_f64(),
+            pushed,
             travel: sums.travel.max_lane().to_f64(),
             volume_ratio: sums.model.volume_ratio.max_lane().to_f64(),
         }
@@ -246,10 +265,10 @@ fn gather<S: Simd, D: Dimension>(
         let records = &nodes.records[begin..begin + 3 * D::QUADS];
         let (weight, slopes) = transverse::<_, D>(scratch, pencil, lane);
         let weight = S::Quad::splat(weight);
-        for quad in 0..D::QUADS {
+        for (quad, value) in values.iter_mut().enumerate().take(D::QUADS) {
             let n: [S::Quad; 3] = std::array::from_fn(|k| S::Quad::load(&records[k * D::QUADS + quad].0));
             let along = a[2].mul_add(n[2], a[1].mul_add(n[1], a[0] * n[0]));
-            values[quad] = weight.mul_add(along, values[quad]);
+            *value = weight.mul_add(along, *value);
             if quad == 0 {
                 let slope_along = g[2].mul_add(n[2], g[1].mul_add(n[1], g[0] * n[0]));
                 for axis in 0..last {
@@ -269,8 +288,7 @@ fn gather<S: Simd, D: Dimension>(
 
 /// Stage 3: FLIP, motion and stress of points `lane..`, and what they give to the grid.
 #[inline(always)]
-fn update<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, M: ConstitutiveModel<S::Scalar, D>>(
-    shape: &F,
+fn update<S: Simd, D: Dimension, M: ConstitutiveModel<S::Scalar, D>>(
     model: &M,
     rates: &Rates<S::Scalar>,
     block: &mut Block<S::Scalar, D, M::State>,
@@ -300,7 +318,6 @@ fn update<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, M: ConstitutiveMod
     // Eq. 16. A point that would leave the window of its nodes stays where it is, and the run stops with an error.
     let limit = S::Lanes::constant(TRAVEL_LIMIT);
     let per_cell = S::Lanes::splat(rates.per_cell);
-    let mut offset = D::vector(|_| zero);
     for axis in 0..D::AXES {
         let travel = per_cell * first[axis];
         sums.travel = sums.travel.max(travel.abs());
@@ -310,8 +327,7 @@ fn update<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, M: ConstitutiveMod
         if (shift.abs().gt(zero)).any() {
             move_node(&mut block.node[axis], lane, shift);
         }
-        offset[axis] = moved - shift;
-        offset[axis].store(&mut block.offset[axis][lane..]);
+        (moved - shift).store(&mut block.offset[axis][lane..]);
     }
 
     let mut h = D::matrix(|_, _| zero);
@@ -337,10 +353,7 @@ fn update<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, M: ConstitutiveMod
     }
     sums.stress_lag = volume.mul_add(lag, sums.stress_lag);
 
-    store_stencils::<S, D, F>(shape, &offset, lane, scratch);
     let strength = -(volume * S::Lanes::splat(rates.inverse_cell));
-    let momentum: [S::Lanes; 4] = std::array::from_fn(|k| if k < D::AXES { mass * velocity[k] } else { zero });
-    S::store_transposed(momentum, &mut scratch.momentum.as_flattened_mut()[4 * lane..]);
     for column in 0..D::AXES {
         // In the plane force follows momentum in the same record.
         let shift = if D::QUADS == 1 { 2 } else { 0 };
@@ -353,6 +366,25 @@ fn update<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, M: ConstitutiveMod
         });
         S::store_transposed(force, &mut scratch.gradients[column].as_flattened_mut()[4 * lane..]);
     }
+}
+
+/// End of stage 3: weights at the new positions, and the momentum and mass of points `lane..`.
+#[inline(always)]
+fn prepare<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, T>(
+    shape: &F,
+    density: S::Scalar,
+    block: &Block<S::Scalar, D, T>,
+    lane: usize,
+    scratch: &mut Scratch<S::Scalar>,
+) {
+    let zero = S::Lanes::constant(0.0);
+    let offset = D::vector(|axis| S::Lanes::load(&block.offset[axis][lane..]));
+    store_stencils::<S, D, F>(shape, &offset, lane, scratch);
+    let mass = S::Lanes::load(&block.volume[lane..]) * S::Lanes::splat(density);
+    let momentum: [S::Lanes; 4] = std::array::from_fn(|k| {
+        if k < D::AXES { mass * S::Lanes::load(&block.velocity[k][lane..]) } else { zero }
+    });
+    S::store_transposed(momentum, &mut scratch.momentum.as_flattened_mut()[4 * lane..]);
     let along: [S::Lanes; 4] = std::array::from_fn(|k| {
         if k < 3 { mass * S::Lanes::load(&scratch.weights[D::AXES - 1][k][lane..]) } else { zero }
     });

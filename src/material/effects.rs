@@ -2,7 +2,7 @@
 //!
 //! Both are type parameters of the flow law: what a scene does not name costs no array, no logarithm and no power.
 
-use crate::points::{Column, PointState, BLOCK};
+use crate::points::{BLOCK, Column, PointState};
 use crate::simd::math::{ln, pow};
 use crate::simd::{Real, Vector};
 
@@ -214,7 +214,8 @@ impl<R: Real, const SOFTENS: bool> ThermalEffect<R> for Adiabatic<R, SOFTENS> {
         }
         let inverse_range = V::splat(self.inverse_range);
         let temperature = V::load(&state.0[lane..]) + rise;
-        let homologous = ((temperature - V::splat(self.reference)) * inverse_range).max(V::constant(0.0)).min(one);
+        let homologous =
+            ((temperature - V::splat(self.reference)) * inverse_range).max(V::constant(0.0)).min(one);
         let power = pow(homologous, V::splat(self.exponent));
         // d(T*ᵐ)/dT = m T*ᵐ/T*/(T_melt − T_ref); only Newton's slope, so the guard against T* = 0 may be coarse.
         let slope = V::splat(self.exponent) * power / homologous.max(V::constant(1e-6)) * inverse_range;

@@ -107,7 +107,9 @@ impl<R: Real, D: Dimension, T: PointState<R>> PointState<R> for State<R, D, T> {
 /// Most evaluations of one return; Newton takes three to five, bisection alone would take 40.
 const MAX_EVALUATIONS: usize = 60;
 
-impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>> ConstitutiveModel<R, D> for JohnsonCook<R, Q, T> {
+impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>> ConstitutiveModel<R, D>
+    for JohnsonCook<R, Q, T>
+{
     type State = State<R, D, T::State>;
 
     fn density(&self) -> f64 {
@@ -165,7 +167,8 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>> ConstitutiveM
         if yields.any() {
             let strain = D::double_contraction(&increment.deviatoric_strain);
             let start = V::constant(1.5) * D::double_contraction(&turned);
-            let factor = self.return_to_yield(state, lane, yields, [start, square], strain, dt, volume, totals);
+            let factor =
+                self.return_to_yield(state, lane, yields, [start, square], strain, dt, volume, totals);
             s = D::deviator(|component| s[component] * factor);
         }
         for component in 0..D::DEVIATOR {
@@ -181,7 +184,8 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>> ConstitutiveM
         let mean = 0.5 * bulk * (j * j - 1.0);
         let diagonal = [s[0], s[1], -s[0] - s[1]];
         let shears: &[f64] = &s.as_ref()[2..];
-        let contraction = diagonal.iter().map(|x| x * x).sum::<f64>() + 2.0 * shears.iter().map(|x| x * x).sum::<f64>();
+        let contraction =
+            diagonal.iter().map(|x| x * x).sum::<f64>() + 2.0 * shears.iter().map(|x| x * x).sum::<f64>();
         let mut stress = [0.0; 6];
         for k in 0..3 {
             stress[k] = (diagonal[k] + mean) / j;
@@ -229,8 +233,11 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>> JohnsonCook<R, Q, T> {
         let one = V::constant(1.0);
         let tiny = V::constant(1e-30);
         let three_mu = V::splat(self.shear_modulus) * V::constant(3.0);
-        let (a, b, n) =
-            (V::splat(self.yield_stress), V::splat(self.hardening_modulus), V::splat(self.hardening_exponent));
+        let (a, b, n) = (
+            V::splat(self.yield_stress),
+            V::splat(self.hardening_modulus),
+            V::splat(self.hardening_exponent),
+        );
         let old_strain = V::load(&state.plastic_strain[lane..]);
         let at_rest = V::load(&state.yield_stress[lane..]);
         // Lanes that do not yield solve a harmless problem of their own and are left out at the end.
@@ -241,7 +248,9 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>> JohnsonCook<R, Q, T> {
         let excess = (q - at_rest) / three_mu;
         let whole = (strain_square * V::constant(2.0 / 3.0)).sqrt().max(tiny);
         let (rate_factor, _) = self.rate.factor(whole, dt);
-        let mut x = ((q - at_rest * rate_factor) / three_mu).max(excess * V::constant(1e-2)).max(high * V::constant(1e-9));
+        let mut x = ((q - at_rest * rate_factor) / three_mu)
+            .max(excess * V::constant(1e-2))
+            .max(high * V::constant(1e-9));
 
         let tolerance = V::constant(if R::IS_SINGLE { 1e-6 } else { 1e-12 }) * q;
         let mut flow = q;
