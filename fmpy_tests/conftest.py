@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import itertools
+import os
 import shutil
 from contextlib import ExitStack
 from pathlib import Path
@@ -22,7 +23,8 @@ from fmpy.fmi2 import (
 )
 from fmpy.logging import addLoggerProxy
 
-FMU = Path(__file__).resolve().parents[1] / "target" / "swarf.fmu"
+# Another one, for instance the portable build of a release, can be named in the environment.
+FMU = Path(os.environ.get("SWARF_FMU") or Path(__file__).resolve().parents[1] / "target" / "swarf.fmu")
 DRAFT = {"numerics.point_spacing": 4e-5}  # about 1,900 points: a whole cut in a second
 STOP, STEP = 4e-5, 1e-6
 NUMBERS = itertools.count(1)

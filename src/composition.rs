@@ -9,7 +9,7 @@
 use crate::contact::{RigidTool, SurfaceContact};
 use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use crate::error::Error;
-use crate::grid::{FixedNodes, Layout};
+use crate::grid::{FixedNodes, Layout, MARGIN};
 use crate::material::ConstitutiveModel;
 use crate::material::effects::{
     Adiabatic, Isothermal, RateDependent, RateEffect, RateIndependent, Softening, ThermalEffect,
@@ -23,7 +23,7 @@ use crate::scene::{
 };
 use crate::shape::{Gimp, Linear, ShapeFunction};
 use crate::simd::{InstructionSet, Real};
-use crate::simulation::{Simulation, Solver};
+use crate::simulation::{Options, Simulation, Solver};
 use crate::tool_shape::ToolShape;
 
 /// Checks what belongs together and refuses what this version does not have; fills in a library material's constants.
@@ -95,7 +95,7 @@ fn cell(scene: &Scene) -> f64 {
 /// Refuses every value whose effect this version does not have.
 fn refuse_missing(scene: &Scene) -> Result<(), Error> {
     let Scene { workpiece, effects, numerics, .. } = scene;
-    let missing: [(bool, &str, &str, &str); 17] = [
+    let missing: [(bool, &str, &str, &str); 16] = [
         (scene.kind != SceneKind::Cut, "scene", "press or taylor", "cut"),
         (workpiece.endless, "workpiece.endless", "true", "false"),
         (workpiece.revolution_length > 0.0, "workpiece.revolution_length", "above 0", "0"),
@@ -106,7 +106,6 @@ fn refuse_missing(scene: &Scene) -> Result<(), Error> {
         (effects.damage, "effects.damage", "true", "false"),
         (effects.sticking, "effects.sticking", "true", "false"),
         (effects.artificial_viscosity, "effects.artificial_viscosity", "true", "false"),
-        (effects.volumetric_locking_control, "effects.volumetric_locking_control", "true", "false"),
         (numerics.contact != ContactChoice::Surface, "numerics.contact", "distance or velocity", "surface"),
         (numerics.precision != Precision::Double, "numerics.precision", "single", "double"),
         (numerics.speed != Speed::Exact, "numerics.speed", "balanced or fast", "exact"),
@@ -145,9 +144,10 @@ pub fn effects_summary(scene: &Scene) -> String {
         (_, false) => "adiabatic heat without softening".to_string(),
         (_, true) => "adiabatic heat with softening".to_string(),
     };
+    let locking = if scene.effects.volumetric_locking_control { ", volumetric locking control" } else { "" };
     let friction = if scene.inputs.friction == 0.0 { "friction 0 at the start" } else { "friction" };
     format!(
-        "effects: plasticity ({}), {rate}, {heat}, {friction}; contact at the exact tool surface",
+        "effects: plasticity ({}), {rate}, {heat}, {friction}{locking}; contact at the exact tool surface",
         scene.material.name
     )
 }
@@ -224,14 +224,19 @@ fn finish<R: Real, D: Dimension, F: ShapeFunction<R>, Q: RateEffect<R>, T: Therm
     let model = JohnsonCook::new(&scene.material.constants, rate, thermal);
     let partition = cutting_block::<R, D, _>(scene, &model);
     let tool = tool_before_workpiece(scene)?;
-    let courant = scene.numerics.courant;
+    let options = Options {
+        courant: scene.numerics.courant,
+        instructions: InstructionSet::detect(),
+        locking_control: scene.effects.volumetric_locking_control,
+    };
     let parts = (shape, model, SurfaceContact);
-    Ok(Box::new(Simulation::new(partition, parts, tool, courant, InstructionSet::detect())))
+    Ok(Box::new(Simulation::new(partition, parts, tool, options)))
 }
 
 /// The workpiece as a lattice of points, its left and bottom nodes fixed.
 ///
-/// A wall is one layer of nodes, and only as long as the workpiece: a chip flies past it.
+/// A wall is only as long as the workpiece: a chip flies past it. It goes on behind its surface as far as points reach:
+/// free nodes there would take the stress off points that press on it (test `the_period_converges`).
 fn cutting_block<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
     scene: &Scene,
     model: &M,
@@ -256,12 +261,12 @@ fn cutting_block<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
     let everything = i32::MAX / 2;
     let depth = (-everything, everything);
     let left = FixedNodes {
-        low: [first[0], first[1], depth.0],
+        low: [first[0] - MARGIN, first[1] - MARGIN, depth.0],
         high: [first[0], last(1), depth.1],
         axes: [true; 3],
     };
     let bottom = FixedNodes {
-        low: [first[0], first[1], depth.0],
+        low: [first[0] - MARGIN, first[1] - MARGIN, depth.0],
         high: [last(0), first[1], depth.1],
         axes: [true; 3],
     };

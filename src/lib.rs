@@ -16,6 +16,7 @@ pub mod transfer;
 pub mod chunk;
 pub mod ledger;
 pub mod partition;
+pub mod locking;
 pub mod simulation;
 pub mod composition;
 pub mod chip;

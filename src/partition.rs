@@ -10,19 +10,70 @@ use crate::grid::{FixedNodes, Layout};
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::Real;
 use crate::transfer::NodeRun;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Points per chunk below which a chunk is not worth its overlap, and most chunks of a scene.
 const POINTS_PER_CHUNK: usize = 2048;
 const MOST_CHUNKS: usize = 16;
 
-/// The bulk of a solver's state, as numbers in a fixed order.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Bulk {
-    /// Every block's columns, then the deposits.
-    pub floats: Vec<f64>,
-    /// Every block's nodes and numbers, then the layout.
-    pub integers: Vec<i64>,
+/// The bulk of a solver's state: numbers in a fixed order, little endian, without marks between them.
+///
+/// Raw bytes, as a self-describing form costs several times as much as the copy itself and masters with rollback save
+/// at every step.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Bulk(Vec<u8>);
+
+impl Bulk {
+    /// Appends numbers, each as its bytes.
+    fn put<const N: usize>(&mut self, numbers: impl Iterator<Item = [u8; N]>) {
+        numbers.for_each(|number| self.0.extend_from_slice(&number));
+    }
+
+    /// Appends floating-point numbers; single precision is kept exactly by double.
+    fn put_reals<'a, R: Real>(&mut self, values: impl IntoIterator<Item = &'a R>) {
+        self.put(values.into_iter().map(|value| value.to_f64().to_le_bytes()));
+    }
+
+    /// Appends counts.
+    fn put_counts(&mut self, counts: impl IntoIterator<Item = usize>) {
+        self.put(counts.into_iter().map(|count| (count as u64).to_le_bytes()));
+    }
+}
+
+impl Serialize for Bulk {
+    fn serialize<W: Serializer>(&self, writer: W) -> Result<W::Ok, W::Error> {
+        writer.serialize_bytes(&self.0)
+    }
+}
+
+impl<'de> Deserialize<'de> for Bulk {
+    fn deserialize<W: Deserializer<'de>>(reader: W) -> Result<Self, W::Error> {
+        // Borrowed first: as a sequence every byte would be read by itself.
+        <&[u8]>::deserialize(reader).map(|bytes| Bulk(bytes.to_vec()))
+    }
+}
+
+/// Reads what `Bulk` holds, from its front.
+struct BulkReader<'a>(&'a [u8]);
+
+impl BulkReader<'_> {
+    fn damaged() -> Error {
+        Error::DamagedState("its points do not fit this scene".into())
+    }
+
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], Error> {
+        let (number, rest) = self.0.split_first_chunk().ok_or_else(Self::damaged)?;
+        self.0 = rest;
+        Ok(*number)
+    }
+
+    fn real<R: Real>(&mut self) -> Result<R, Error> {
+        self.take().map(f64::from_le_bytes).map(R::from_f64)
+    }
+
+    fn count(&mut self) -> Result<usize, Error> {
+        usize::try_from(u64::from_le_bytes(self.take()?)).map_err(|_| Self::damaged())
+    }
 }
 
 /// The points, their chunks, and the two sets of deposits between which a substep goes to and fro.
@@ -92,7 +143,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         for k in 1..place.len() {
             place[k] += place[k - 1];
         }
-        let count = staying.len().div_ceil(BLOCK).max(1);
+        let count = staying.len().div_ceil(BLOCK);
         let mut blocks = vec![Block::<R, D, S>::empty(); count];
         for &(block, lane) in &staying {
             let slot = &mut place[key(block, lane)];
@@ -150,26 +201,35 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         std::mem::swap(&mut self.incoming, &mut self.outgoing);
     }
 
-    /// Everything that changes, as numbers: points in order, then the deposits that the next substep reads.
+    /// Everything that changes, as numbers: points in order, the layout, then the deposits that the next substep reads.
     pub fn bulk(&self) -> Bulk {
-        let mut bulk = Bulk { floats: Vec::new(), integers: Vec::new() };
+        let count: usize = self.chunks.iter().map(|chunk| chunk.blocks.len()).sum();
+        let deposits: usize = self.incoming.iter().map(|run| size_of_val(run.records.as_slice())).sum();
+        // Deposits of single precision take twice their size; the rest is exact enough to spare most reallocations.
+        let mut bulk = Bulk(Vec::with_capacity(count * Self::bytes_per_block() + 2 * deposits + (1 << 16)));
+        bulk.put_counts([count]);
         for block in self.chunks.iter().flat_map(|chunk| &chunk.blocks) {
             for k in 0..Block::<R, D, S>::columns() {
-                bulk.floats.extend(block.column(k).iter().map(|x| x.to_f64()));
+                bulk.put_reals(block.column(k));
             }
             for axis in 0..D::AXES {
-                bulk.integers.extend(block.node[axis].iter().map(|&node| i64::from(node)));
+                bulk.put(block.node[axis].iter().map(|node| node.to_le_bytes()));
             }
-            bulk.integers.extend(block.id.iter().map(|&id| i64::from(id)));
+            bulk.put(block.id.iter().map(|id| id.to_le_bytes()));
         }
-        bulk.integers.extend(self.layout.low.iter().map(|&low| i64::from(low)));
-        bulk.integers.extend(self.layout.start.iter().map(|&start| start as i64));
-        bulk.integers.extend(self.ends.iter().flat_map(|&(first, last)| [first as i64, last as i64]));
+        bulk.put(self.layout.low.iter().map(|low| low.to_le_bytes()));
+        bulk.put_counts(self.layout.start.iter().copied());
+        bulk.put_counts(self.ends.iter().flat_map(|&(first, last)| [first, last]));
         for run in &self.incoming {
-            bulk.floats.extend(run.records.iter().flat_map(|record| record.0).map(Real::to_f64));
-            bulk.floats.extend(run.mass.iter().map(|mass| mass.to_f64()));
+            bulk.put_reals(run.records.iter().flat_map(|record| &record.0));
+            bulk.put_reals(&run.mass);
         }
         bulk
+    }
+
+    /// Bytes that `bulk` takes for a block: its floating-point columns, then nodes and numbers.
+    const fn bytes_per_block() -> usize {
+        BLOCK * (8 * Block::<R, D, S>::columns() + 4 * (D::AXES + 1))
     }
 
     /// Takes what `bulk` gave.
@@ -177,70 +237,58 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
     /// # Errors
     /// `Error::DamagedState` when its length does not fit this scene.
     pub fn restore(&mut self, bulk: &Bulk) -> Result<(), Error> {
-        let damaged = || Error::DamagedState("its points do not fit this scene".into());
-        let mut floats = bulk.floats.iter().copied();
-        let mut integers = bulk.integers.iter().copied();
-        let pencils = self.layout.low.len();
-        let columns = Block::<R, D, S>::columns();
-        let per_block = BLOCK * (D::AXES + 1);
-        let arrangement = 2 * pencils + 1 + 2 * self.chunks.len();
-        let count = bulk.integers.len().checked_sub(arrangement).ok_or_else(damaged)? / per_block;
-        if count * per_block + arrangement != bulk.integers.len()
-            || bulk.floats.len() < count * BLOCK * columns
-        {
+        let damaged = BulkReader::damaged;
+        let mut reader = BulkReader(&bulk.0);
+        let count = reader.count()?;
+        // Checked before memory is asked for.
+        if count > reader.0.len() / Self::bytes_per_block() {
             return Err(damaged());
         }
-        let mut next_integer = || integers.next().ok_or_else(damaged);
-        let mut next_float = || floats.next().map(R::from_f64).ok_or_else(damaged);
         let mut blocks = vec![Block::<R, D, S>::empty(); count];
         for block in &mut blocks {
-            for k in 0..columns {
+            for k in 0..Block::<R, D, S>::columns() {
                 for value in block.column_mut(k) {
-                    *value = next_float()?;
+                    *value = reader.real()?;
                 }
             }
             for axis in 0..D::AXES {
                 for node in &mut block.node[axis] {
-                    *node = i32::try_from(next_integer()?).map_err(|_| damaged())?;
+                    *node = i32::from_le_bytes(reader.take()?);
                     if *node < 0 || *node >= self.layout.counts[axis] {
                         return Err(damaged());
                     }
                 }
             }
             for id in &mut block.id {
-                *id = u32::try_from(next_integer()?).map_err(|_| damaged())?;
+                *id = u32::from_le_bytes(reader.take()?);
             }
         }
-        self.layout.low.clear();
-        for _ in 0..pencils {
-            self.layout.low.push(i32::try_from(next_integer()?).map_err(|_| damaged())?);
+        let pencils = self.layout.low.len();
+        for low in &mut self.layout.low {
+            *low = i32::from_le_bytes(reader.take()?);
         }
-        self.layout.start.clear();
-        for _ in 0..=pencils {
-            self.layout.start.push(usize::try_from(next_integer()?).map_err(|_| damaged())?);
+        for start in &mut self.layout.start {
+            *start = reader.count()?;
         }
         for ends in &mut self.ends {
-            let mut pencil =
-                || usize::try_from(next_integer()?).ok().filter(|&k| k < pencils).ok_or_else(damaged);
+            let mut pencil = || reader.count().ok().filter(|&k| k < pencils).ok_or_else(damaged);
             *ends = (pencil()?, pencil()?);
         }
-        if !self.layout.start.is_sorted() {
+        // More nodes than the domain has would be asked for as memory.
+        let most: usize = self.layout.counts.iter().map(|&nodes| nodes as usize).product();
+        if !self.layout.start.is_sorted() || self.layout.nodes() > most {
             return Err(damaged());
         }
         self.layout.restore_offsets();
         self.share_out(blocks);
         self.arrange_chunks();
         for run in &mut self.incoming {
-            for record in &mut run.records {
-                for value in &mut record.0 {
-                    *value = next_float()?;
-                }
-            }
-            for mass in &mut run.mass {
-                *mass = next_float()?;
+            let records = run.records.iter_mut().flat_map(|record| &mut record.0);
+            for value in records.chain(&mut run.mass) {
+                *value = reader.real()?;
             }
         }
-        if next_float().is_ok() { Err(damaged()) } else { Ok(()) }
+        if reader.0.is_empty() { Ok(()) } else { Err(damaged()) }
     }
 }
 

@@ -377,7 +377,7 @@ impl Default for Scene {
                 damage: false,
                 sticking: false,
                 artificial_viscosity: false,
-                volumetric_locking_control: false,
+                volumetric_locking_control: true,
             },
             numerics: Numerics {
                 dimension: DimensionChoice::PlaneStrain,

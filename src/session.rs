@@ -460,8 +460,8 @@ impl Course {
     }
 }
 
-/// First bytes of a serialised state: format 1.
-const MAGIC: [u8; 8] = *b"swarfst1";
+/// First bytes of a serialised state: format 2.
+const MAGIC: [u8; 8] = *b"swarfst2";
 /// Bytes before the body: magic, length, checksum.
 const HEAD: usize = 20;
 

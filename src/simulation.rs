@@ -5,6 +5,7 @@ use crate::contact::{ContactLaw, RigidTool};
 use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::ledger::Ledger;
+use crate::locking::even_out_volume;
 use crate::material::{ConstitutiveModel, PointReport};
 use crate::partition::{Bulk, Partition};
 use crate::shape::ShapeFunction;
@@ -106,6 +107,17 @@ pub trait Solver: Send {
     fn fork(&self) -> Box<dyn Solver>;
 }
 
+/// Numbers and optional passes of a simulation.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Courant number (-).
+    pub courant: f64,
+    /// Instruction set of the kernels.
+    pub instructions: InstructionSet,
+    /// Whether volume ratios are evened out when points are sorted.
+    pub locking_control: bool,
+}
+
 /// The simulation of one scene, monomorphised for what the scene names.
 #[derive(Clone)]
 pub struct Simulation<R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>, C> {
@@ -119,12 +131,10 @@ pub struct Simulation<R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>, C> {
     pub contact: C,
     /// The tool.
     pub tool: RigidTool,
-    /// Courant number (-).
-    pub courant: f64,
+    /// Numbers and passes.
+    pub options: Options,
     /// Nodes lighter than this (kg) stay at rest.
     pub lightest: f64,
-    /// Instruction set of the kernels.
-    pub instructions: InstructionSet,
     /// Clock, tool and totals.
     pub progress: Progress,
 }
@@ -137,8 +147,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
         partition: Partition<R, D, M::State>,
         (shape, model, contact): (F, M, C),
         tool: RigidTool,
-        courant: f64,
-        instructions: InstructionSet,
+        options: Options,
     ) -> Self {
         let density = model.density();
         let lightest = partition
@@ -158,10 +167,11 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
             touches: [false; 2],
             ledger: Ledger::default(),
         };
-        // 1e-12 of a point: less is left by rounding when points move out of a node's reach.
-        let lightest = 1e-12 * lightest;
+        // Weight falls with the square of a point's reach into a node's cell and force only with the reach: a node left
+        // out at 1e-24 of a point's mass takes 1e-12 of its force out of the balance of momentum.
+        let lightest = 1e-24 * lightest;
         let mut simulation =
-            Simulation { partition, shape, model, contact, tool, courant, lightest, instructions, progress };
+            Simulation { partition, shape, model, contact, tool, options, lightest, progress };
         let (mut start, mut fastest) = (0.0, 0.0_f64);
         simulation.visit_points(&mut |point| {
             let square: f64 = point.velocity.iter().map(|v| v * v).sum();
@@ -199,7 +209,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
             tool_after: Some(&tool_after),
             lightest: self.lightest,
             dt,
-            instructions: self.instructions,
+            instructions: self.options.instructions,
         };
         if parallel {
             let pairs = chunks.par_iter_mut().zip(outgoing.par_iter_mut()).with_max_len(1);
@@ -230,7 +240,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
             return Err(Error::Unstable(format!(
                 "the run became unstable at t = {:.6e} s: a point moved {travel:.3} cells in one substep of {dt:.3e} s \
                  (at most {TRAVEL_LIMIT} is allowed); lower numerics.courant (now {}) or tool_velocity",
-                self.progress.clock, self.courant
+                self.progress.clock, self.options.courant
             )));
         }
         let progress = &mut self.progress;
@@ -260,6 +270,9 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
             ledger.retired_heat += volume * report.heat;
         });
         self.progress.travel = 0.0;
+        if self.options.locking_control {
+            self.progress.ledger.damping += even_out_volume(&mut self.partition, &self.shape, &self.model);
+        }
         self.deposit();
     }
 }
@@ -292,7 +305,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
         let [x, y] = drive.velocity;
         let speed =
             self.model.sound_speed(self.progress.volume_ratio) + self.progress.fastest.max(x.hypot(y));
-        self.courant * self.partition.layout.cell / speed
+        self.options.courant * self.partition.layout.cell / speed
     }
 
     fn progress(&self) -> &Progress {

@@ -9,68 +9,71 @@
 mod importer;
 
 use importer::{Slave, Status, reference};
-use std::ffi::{c_char, c_void};
+use std::ffi::{CString, c_char, c_void};
 use std::ptr::{null, null_mut};
+use std::sync::atomic::{AtomicU32, Ordering};
 use swarf::fmi::abi::*;
 
 /// A function with arguments that are right as far as they can be.
 type Attempt = fn(&Slave) -> Status;
 
-/// The five states an importer can bring about, as columns of the table below.
-const STATES: [&str; 5] = ["instantiated", "initialization", "stepComplete", "stepFailed", "terminated"];
+/// The six states an importer can bring about, as columns of the table below. (What an internal error leaves behind is
+/// tried in `src/fmi/abi/tests.rs`, as nothing outside can bring one about.)
+const STATES: [&str; 6] =
+    ["instantiated", "initialization", "stepComplete", "stepFailed", "terminated", "error"];
 
 /// FMI 2.0.4, section 4.2.4, copied by hand: `x` where the standard allows the call in the state of `STATES`, `+` where we
 /// allow it beyond the standard: a discarded step may go on.
 const TABLE: &[(&str, &str, Attempt)] = &[
-    ("fmi2SetDebugLogging", "xxxxx", |s| unsafe { fmi2SetDebugLogging(s.component, 0, 0, null()) }),
-    ("fmi2SetupExperiment", "x....", |s| unsafe { fmi2SetupExperiment(s.component, 0, 0.0, 0.0, 0, 0.0) }),
-    ("fmi2EnterInitializationMode", "x....", |s| unsafe { fmi2EnterInitializationMode(s.component) }),
-    ("fmi2ExitInitializationMode", ".x...", |s| unsafe { fmi2ExitInitializationMode(s.component) }),
-    ("fmi2Terminate", "..xx.", |s| unsafe { fmi2Terminate(s.component) }),
-    ("fmi2Reset", "xxxxx", |s| unsafe { fmi2Reset(s.component) }),
-    ("fmi2GetReal", ".xxxx", |s| unsafe { fmi2GetReal(s.component, &100, 1, &mut 0.0) }),
-    ("fmi2GetInteger", ".xxxx", |s| unsafe { fmi2GetInteger(s.component, &131, 1, &mut 0) }),
-    ("fmi2GetBoolean", ".xxxx", |s| unsafe { fmi2GetBoolean(s.component, &1201, 1, &mut 0) }),
-    ("fmi2GetString", ".xxxx", |s| unsafe { fmi2GetString(s.component, &1100, 1, &mut null()) }),
-    ("fmi2SetReal", "xxx..", |s| unsafe { fmi2SetReal(s.component, &1, 1, &50.0) }),
-    ("fmi2SetInteger", "xxx..", |s| unsafe { fmi2SetInteger(s.component, null(), 0, null()) }),
-    ("fmi2SetBoolean", "xxx..", |s| unsafe { fmi2SetBoolean(s.component, null(), 0, null()) }),
-    ("fmi2SetString", "xxx..", |s| unsafe { fmi2SetString(s.component, null(), 0, null()) }),
-    ("fmi2GetFMUstate", "xxxxx", |s| unsafe { fmi2GetFMUstate(s.component, &mut null_mut()) }),
-    ("fmi2SetFMUstate", "xxxxx", |s| s.restore(s.state())),
-    ("fmi2FreeFMUstate", "xxxxx", |s| unsafe { fmi2FreeFMUstate(s.component, &mut s.state()) }),
-    ("fmi2SerializedFMUstateSize", "xxxxx", |s| unsafe {
+    ("fmi2SetDebugLogging", "xxxxxx", |s| unsafe { fmi2SetDebugLogging(s.component, 0, 0, null()) }),
+    ("fmi2SetupExperiment", "x.....", |s| unsafe { fmi2SetupExperiment(s.component, 0, 0.0, 0.0, 0, 0.0) }),
+    ("fmi2EnterInitializationMode", "x.....", |s| unsafe { fmi2EnterInitializationMode(s.component) }),
+    ("fmi2ExitInitializationMode", ".x....", |s| unsafe { fmi2ExitInitializationMode(s.component) }),
+    ("fmi2Terminate", "..xx..", |s| unsafe { fmi2Terminate(s.component) }),
+    ("fmi2Reset", "xxxxxx", |s| unsafe { fmi2Reset(s.component) }),
+    ("fmi2GetReal", ".xxxxx", |s| unsafe { fmi2GetReal(s.component, &100, 1, &mut 0.0) }),
+    ("fmi2GetInteger", ".xxxxx", |s| unsafe { fmi2GetInteger(s.component, &131, 1, &mut 0) }),
+    ("fmi2GetBoolean", ".xxxxx", |s| unsafe { fmi2GetBoolean(s.component, &1201, 1, &mut 0) }),
+    ("fmi2GetString", ".xxxxx", |s| unsafe { fmi2GetString(s.component, &1100, 1, &mut null()) }),
+    ("fmi2SetReal", "xxx...", |s| unsafe { fmi2SetReal(s.component, &1, 1, &50.0) }),
+    ("fmi2SetInteger", "xxx...", |s| unsafe { fmi2SetInteger(s.component, null(), 0, null()) }),
+    ("fmi2SetBoolean", "xxx...", |s| unsafe { fmi2SetBoolean(s.component, null(), 0, null()) }),
+    ("fmi2SetString", "xxx...", |s| unsafe { fmi2SetString(s.component, null(), 0, null()) }),
+    ("fmi2GetFMUstate", "xxxxxx", |s| unsafe { fmi2GetFMUstate(s.component, &mut null_mut()) }),
+    ("fmi2SetFMUstate", "xxxxxx", |s| s.restore(s.state())),
+    ("fmi2FreeFMUstate", "xxxxxx", |s| unsafe { fmi2FreeFMUstate(s.component, &mut s.state()) }),
+    ("fmi2SerializedFMUstateSize", "xxxxxx", |s| unsafe {
         fmi2SerializedFMUstateSize(s.component, s.state(), &mut 0)
     }),
-    ("fmi2SerializeFMUstate", "xxxxx", |s| {
+    ("fmi2SerializeFMUstate", "xxxxxx", |s| {
         s.serialize(s.state());
         Status::Ok
     }),
-    ("fmi2DeSerializeFMUstate", "xxxxx", |s| s.deserialize(&s.serialize(s.state())).0),
-    ("fmi2SetRealInputDerivatives", "xxx..", |s| s.set_slope("feed", 1, 0.0)),
-    ("fmi2DoStep", "..x+.", |s| {
+    ("fmi2DeSerializeFMUstate", "xxxxxx", |s| s.deserialize(&s.serialize(s.state())).0),
+    ("fmi2SetRealInputDerivatives", "xxx...", |s| s.set_slope("feed", 1, 0.0)),
+    ("fmi2DoStep", "..x+..", |s| {
         let mut time = 0.0;
         unsafe { fmi2GetRealStatus(s.component, 2, &raw mut time) };
         s.step(time, 1e-12)
     }),
-    ("fmi2CancelStep", ".....", |s| unsafe { fmi2CancelStep(s.component) }),
-    ("fmi2GetRealStatus", "..xxx", |s| unsafe { fmi2GetRealStatus(s.component, 2, &mut 0.0) }),
-    ("fmi2GetBooleanStatus", "..xxx", |s| unsafe { fmi2GetBooleanStatus(s.component, 3, &mut 0) }),
+    ("fmi2CancelStep", "......", |s| unsafe { fmi2CancelStep(s.component) }),
+    ("fmi2GetRealStatus", "..xxx.", |s| unsafe { fmi2GetRealStatus(s.component, 2, &mut 0.0) }),
+    ("fmi2GetBooleanStatus", "..xxx.", |s| unsafe { fmi2GetBooleanStatus(s.component, 3, &mut 0) }),
 ];
 
 /// Allowed where `TABLE`'s third column would say so, yet never with success, as the capability flags announce.
 const INCAPABLE: &[(&str, &str, Status, Attempt)] = &[
-    ("fmi2GetRealOutputDerivatives", "..xxx", Status::Error, |s| unsafe {
+    ("fmi2GetRealOutputDerivatives", "..xxxx", Status::Error, |s| unsafe {
         fmi2GetRealOutputDerivatives(s.component, &100, 1, &1, &mut 0.0)
     }),
-    ("fmi2GetDirectionalDerivative", ".xxxx", Status::Error, |s| unsafe {
+    ("fmi2GetDirectionalDerivative", ".xxxxx", Status::Error, |s| unsafe {
         fmi2GetDirectionalDerivative(s.component, &100, 1, &1, 1, &1.0, &mut 0.0)
     }),
-    ("fmi2GetStatus", "..xxx", Status::Discard, |s| unsafe { fmi2GetStatus(s.component, 0, &mut 0) }),
-    ("fmi2GetIntegerStatus", "..xxx", Status::Discard, |s| unsafe {
+    ("fmi2GetStatus", "..xxx.", Status::Discard, |s| unsafe { fmi2GetStatus(s.component, 0, &mut 0) }),
+    ("fmi2GetIntegerStatus", "..xxx.", Status::Discard, |s| unsafe {
         fmi2GetIntegerStatus(s.component, 0, &mut 0)
     }),
-    ("fmi2GetStringStatus", "..xxx", Status::Discard, |s| unsafe {
+    ("fmi2GetStringStatus", "..xxx.", Status::Discard, |s| unsafe {
         fmi2GetStringStatus(s.component, 1, &mut null())
     }),
 ];
@@ -78,6 +81,7 @@ const INCAPABLE: &[(&str, &str, Status, Attempt)] = &[
 /// An instance brought into a state.
 fn in_state(state: &str) -> Slave {
     let slave = match state {
+        "error" => return after_a_failed_step(),
         "stepFailed" => Slave::ready(&[("numerics.wall_time_limit", 1e-9)]),
         "stepComplete" | "terminated" => Slave::ready(&[]),
         _ => Slave::new(false),
@@ -94,6 +98,29 @@ fn in_state(state: &str) -> Slave {
         _ => {}
     }
     slave.log();
+    slave
+}
+
+/// An instance whose step has failed: the folder it writes its results to is gone.
+fn after_a_failed_step() -> Slave {
+    static NUMBER: AtomicU32 = AtomicU32::new(0);
+    let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+    let folder = std::env::temp_dir().join(format!("swarf-failing-{}-{number}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let slave = Slave::new(false);
+    let text = CString::new(folder.to_str().unwrap()).unwrap();
+    // SAFETY: the component is alive, the arrays have one entry each.
+    let status =
+        unsafe { fmi2SetString(slave.component, &reference("results.directory"), 1, &text.as_ptr()) };
+    assert_eq!(status, Status::Ok, "{}", slave.log());
+    for (name, value) in [("numerics.point_spacing", 5e-5), ("results.interval", 1e-7)] {
+        assert_eq!(slave.set(name, value), Status::Ok, "{}", slave.log());
+    }
+    slave.initialize();
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert_eq!(slave.step(0.0, 1e-6), Status::Error);
+    let log = slave.log();
+    assert!(log.contains("the instance is in its error state"), "{log}");
     slave
 }
 
@@ -117,6 +144,24 @@ fn the_call_order_is_that_of_the_standard() {
             }
         }
     }
+}
+
+/// A step that failed is no end: results can be read, and a reset or a restored state makes the instance sound again.
+#[test]
+fn a_failed_step_can_be_left_by_reset_and_by_an_earlier_state() {
+    let sound = Slave::ready(&[]);
+    let bytes = sound.serialize(sound.state());
+    let slave = after_a_failed_step();
+    assert!(slave.get("tool_position_x").is_finite());
+    let (status, state) = slave.deserialize(&bytes);
+    assert_eq!((status, slave.restore(state)), (Status::Ok, Status::Ok), "{}", slave.log());
+    assert_eq!((slave.step(0.0, 1e-6), sound.step(0.0, 1e-6)), (Status::Ok, Status::Ok), "{}", slave.log());
+    assert_eq!(slave.outputs(), sound.outputs());
+    let other = after_a_failed_step();
+    assert_eq!(unsafe { fmi2Reset(other.component) }, Status::Ok);
+    other.set("numerics.point_spacing", 5e-5);
+    other.initialize();
+    assert_eq!(other.step(0.0, 1e-6), Status::Ok, "{}", other.log());
 }
 
 /// A null pointer is refused wherever a value is needed, and the instance goes on.

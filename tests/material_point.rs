@@ -348,10 +348,10 @@ fn every_return_ends_on_the_yield_surface() {
             // T* and its power are rounded against one, so next to melting the flow stress is rounded against the cold one.
             let cold = flow_stress(c, strain, x / dt, 0.0);
             let bound = 2e-12 * trial + unsure + 8.0 * f64::EPSILON * cold;
-            if unsure < 1e-9 * trial {
-                worst.0 = worst.0.max(residual / trial);
+            // Printed are the cases that nothing but the solver's tolerance limits.
+            if unsure + 8.0 * f64::EPSILON * cold + three_mu * lost < 1e-12 * trial {
+                worst = (worst.0.max(residual / trial), worst.1.max(radial / trial));
             }
-            worst.1 = worst.1.max(radial / trial);
             assert!(residual <= bound, "residual {residual:e} Pa, bound {bound:e}; {}", context());
         }
     }

@@ -177,6 +177,16 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>> ConstitutiveM
         D::with_mean(&s, self.mean_stress(jacobian))
     }
 
+    fn volume_ratio(&self, state: &Self::State, lane: usize) -> f64 {
+        state.jacobian[lane].to_f64()
+    }
+
+    fn set_volume_ratio(&self, state: &mut Self::State, lane: usize, volume_ratio: f64) -> f64 {
+        let old = self.volume_energy(state.jacobian[lane].to_f64());
+        state.jacobian[lane] = R::from_f64(volume_ratio);
+        old - self.volume_energy(state.jacobian[lane].to_f64())
+    }
+
     fn report(&self, state: &Self::State, lane: usize) -> PointReport {
         let j = state.jacobian[lane].to_f64();
         let s = D::deviator(|component| state.deviator[component][lane].to_f64());
@@ -199,13 +209,18 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>> ConstitutiveM
             stress,
             plastic_strain: state.plastic_strain[lane].to_f64(),
             temperature,
-            elastic_energy: 0.5 * bulk * (0.5 * (j * j - 1.0) - j.ln()) + contraction / (4.0 * shear),
+            elastic_energy: self.volume_energy(j) + contraction / (4.0 * shear),
             heat,
         }
     }
 }
 
 impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>> JohnsonCook<R, Q, T> {
+    /// κ/2 ((J² − 1)/2 − ln J) (J/m3).
+    fn volume_energy(&self, j: f64) -> f64 {
+        0.5 * self.bulk_modulus.to_f64() * (0.5 * (j * j - 1.0) - j.ln())
+    }
+
     /// κ/2 (J² − 1) (Pa).
     #[inline(always)]
     fn mean_stress<V: Vector<Scalar = R>>(&self, jacobian: V) -> V {
@@ -255,6 +270,7 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>> JohnsonCook<R, Q, T> {
         let tolerance = V::constant(if R::IS_SINGLE { 1e-6 } else { 1e-12 }) * q;
         let mut flow = q;
         let mut still = one;
+        let mut last = V::constant(f64::MAX);
         for _ in 0..MAX_EVALUATIONS {
             let strain = old_strain + x;
             let power = b * pow(strain, n);
@@ -272,13 +288,16 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>> JohnsonCook<R, Q, T> {
             let too_small = residual.gt(zero);
             low = V::select(too_small, x, low);
             high = V::select(too_small, high, x);
-            let slope = n * power / strain.max(V::constant(1e-6)) * softening * rate_factor
+            let slope = n * power / strain.max(tiny) * softening * rate_factor
                 + still * rate_slope
                 + (a + power) * rate_factor * softening_slope * self.thermal.rise(stress);
             let newton = x + residual / (three_mu + slope).max(three_mu * V::constant(0.1));
-            // Outside the bracket: the geometric mean, because the root may lie many orders below the upper end.
-            let mean = (low.max(high * V::constant(1e-9)) * high).sqrt();
-            let next = V::select(newton.gt(low) & newton.lt(high), newton, mean);
+            // Outside the bracket, or where Newton steps go to and fro (across the kink at the reference rate): the
+            // geometric mean, because the root may lie many orders below the upper end.
+            let stalls = residual.abs().gt(V::constant(0.5) * last);
+            last = residual.abs();
+            let mean = (low / high).max(V::constant(1e-9)).sqrt() * high;
+            let next = V::select(newton.gt(low) & newton.lt(high) & !stalls, newton, mean);
             x = V::select(closed, x, next);
         }
         // Plastic work by the trapezoidal rule. A point that was already yielding started at its own stress; one that

@@ -77,6 +77,13 @@ pub trait ConstitutiveModel<R: Real, D: Dimension>: Clone + Send + Sync + 'stati
         totals: &mut Totals<V>,
     ) -> D::Symmetric<V>;
 
+    /// Volume ratio det F (-) of the point at `lane`.
+    fn volume_ratio(&self, state: &Self::State, lane: usize) -> f64;
+
+    /// Gives the point at `lane` another volume ratio (-); returns by how much its elastic energy falls per volume at
+    /// the start (J/m3).
+    fn set_volume_ratio(&self, state: &mut Self::State, lane: usize, volume_ratio: f64) -> f64;
+
     /// What is known of the point at `lane`.
     fn report(&self, state: &Self::State, lane: usize) -> PointReport;
 }

@@ -3,10 +3,13 @@
 //! Every command fetches and builds what it needs into the repository's own folders (`.venv`, `target`).
 
 mod describe;
+mod fuzz;
 mod package;
+mod portable;
 mod process;
 mod setup;
 mod test;
+mod valgrind;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -20,7 +23,13 @@ cargo xtask COMMAND
             --set     any parameter or input of the FMU, e.g. --set friction=0 --set feed=5e-4
             --stop    end (s); otherwise 2 mm of travel     --step    communication step (s)
   test      formatting, clippy, unit, integration and FMU tests, pytest with FMPy
-  package   build target/swarf.fmu
+  package [--portable] [--with OTHER.fmu]...
+            build target/swarf.fmu; for a release always with --portable
+            --portable   the library needs glibc 2.17 at most (zig and cargo-zigbuild from PyPI, 100 MB)
+            --with       take over the libraries of an FMU packaged on another platform
+  fuzz [--minutes N] [--address-sanitizer]
+            coverage-guided random calls on the C functions (15 minutes; needs a C++ compiler)
+  valgrind  load, run and free the packaged FMU under memcheck
   describe [--check]   write modelDescription/modelDescription.xml, or fail where it is stale
   readme [--check]     write the variable table in README.md, or fail where it is stale
   setup     the Python environment alone
@@ -36,7 +45,9 @@ fn main() -> ExitCode {
     let outcome = match words.as_slice() {
         ["cut", rest @ ..] => cut(rest),
         ["test"] => test::run(),
-        ["package"] => package::build().map(|_| ()),
+        ["package", rest @ ..] => packaged(rest),
+        ["fuzz", rest @ ..] => fuzz::run(rest),
+        ["valgrind"] => valgrind::run(),
         ["describe"] => describe::description(false),
         ["describe", "--check"] => describe::description(true),
         ["readme"] => describe::readme(false),
@@ -58,8 +69,34 @@ fn main() -> ExitCode {
     }
 }
 
+/// Packages the FMU as the arguments ask for.
+fn packaged(arguments: &[&str]) -> Outcome {
+    let (mut is_portable, mut others) = (false, Vec::new());
+    let mut words = arguments.iter();
+    while let Some(word) = words.next() {
+        match *word {
+            "--portable" => is_portable = true,
+            "--with" => others.push(*words.next().ok_or("--with needs the path of an FMU")?),
+            other => return Err(format!("package: unknown argument '{other}'\n\n{USAGE}")),
+        }
+    }
+    let zig = if is_portable { Some(setup::prepare_zig()?) } else { None };
+    package::build_with(zig.as_ref(), &others).map(|_| ())
+}
+
 /// Packages the FMU and runs it through the embedded master.
 fn cut(arguments: &[&str]) -> Outcome {
+    let (fmu, master) = fmu_and_master()?;
+    let mut command = std::process::Command::new(master);
+    command.arg(fmu).args(arguments);
+    if !arguments.contains(&"--out") {
+        command.arg("--out").arg(root().join("target/cut"));
+    }
+    process::become_it(command)
+}
+
+/// Packages the FMU and builds the embedded master.
+fn fmu_and_master() -> Outcome<(PathBuf, PathBuf)> {
     let tools = setup::prepare()?;
     let fmu = package::build()?;
     println!("xtask: building the master");
@@ -68,12 +105,7 @@ fn cut(arguments: &[&str]) -> Outcome {
     build.args(["--config", "profile.release.lto=\"off\"", "--config", "profile.release.codegen-units=16"]);
     process::run(tools.apply(&mut build))?;
     let master = target().join("release").join(format!("swarf-master{}", std::env::consts::EXE_SUFFIX));
-    let mut command = std::process::Command::new(master);
-    command.arg(fmu).args(arguments);
-    if !arguments.contains(&"--out") {
-        command.arg("--out").arg(root().join("target/cut"));
-    }
-    process::become_it(command)
+    Ok((fmu, master))
 }
 
 /// The repository's folder.

@@ -1,18 +1,28 @@
 //! `target/swarf.fmu`: the library, the model description, resources, documentation, picture and licences in one zip.
 //!
 //! The library is built in a folder of its own, with the paths of this machine mapped to neutral names, stripped, and
-//! searched for those paths afterwards. Files are packed in a fixed order with a fixed date.
+//! searched for those paths and for symbols beyond the standard's afterwards. Files are packed in a fixed order with a
+//! fixed date. Libraries of other platforms are taken over from FMUs that were packaged there.
 
 use std::collections::BTreeMap;
-use std::io::{Cursor, Write};
+use std::io::{Cursor, Read, Write};
 use std::path::{Path, PathBuf};
 
 use zip::write::SimpleFileOptions;
 
-use crate::{Outcome, process, root, target};
+use crate::setup::Zig;
+use crate::{Outcome, portable, process, root, target};
+
+/// Builds the FMU for this machine as it is and gives its path; what `cut` and `test` use.
+pub fn build() -> Outcome<PathBuf> {
+    build_with(None, &[])
+}
 
 /// Builds the FMU and gives its path.
-pub fn build() -> Outcome<PathBuf> {
+///
+/// * `zig`: the linker for a library that older systems can load, too (for releases)
+/// * `others`: FMUs of the same interface, packaged on other platforms, whose libraries are taken over
+pub fn build_with(zig: Option<&Zig>, others: &[&str]) -> Outcome<PathBuf> {
     let folder = root().join("modelDescription");
     let mut files: BTreeMap<String, Vec<u8>> = BTreeMap::new();
     let description = folder.join("modelDescription.xml");
@@ -29,7 +39,10 @@ pub fn build() -> Outcome<PathBuf> {
     files.insert("documentation/licenses/THIRD-PARTY.txt".into(), third_party_licences()?.into_bytes());
     println!("xtask: building the FMU's library");
     let (place, suffix) = platform()?;
-    files.insert(format!("binaries/{place}/swarf{suffix}"), library(suffix)?);
+    files.insert(format!("binaries/{place}/swarf{suffix}"), library(suffix, zig)?);
+    for other in others {
+        take_over(&mut files, Path::new(other))?;
+    }
 
     let fmu = root().join("target/swarf.fmu");
     let packed = pack(&files).map_err(|e| format!("cannot pack '{}': {e}", fmu.display()))?;
@@ -51,13 +64,37 @@ fn platform() -> Outcome<(&'static str, &'static str)> {
     }
 }
 
+/// Adds the libraries of an FMU packaged elsewhere, if it describes the same variables.
+fn take_over(files: &mut BTreeMap<String, Vec<u8>>, other: &Path) -> Outcome {
+    let fault = |text: String| format!("cannot take over the libraries of '{}': {text}", other.display());
+    let archive = zip::ZipArchive::new(Cursor::new(bytes(other)?));
+    let mut archive = archive.map_err(|e| fault(e.to_string()))?;
+    for index in 0..archive.len() {
+        let mut entry = archive.by_index(index).map_err(|e| fault(e.to_string()))?;
+        let (name, mut content) = (entry.name().to_string(), Vec::new());
+        entry.read_to_end(&mut content).map_err(|e| fault(e.to_string()))?;
+        if name == "modelDescription.xml" && files.get(&name) != Some(&content) {
+            return Err(fault("its model description is another; package the same version there".into()));
+        }
+        // What was built here counts.
+        if name.starts_with("binaries/") && !name.ends_with('/') && !files.contains_key(&name) {
+            println!("xtask: took over {name} from {}", other.display());
+            files.insert(name, content);
+        }
+    }
+    Ok(())
+}
+
 /// Builds the library and gives its bytes, free of this machine's paths.
-fn library(suffix: &str) -> Outcome<Vec<u8>> {
+fn library(suffix: &str, zig: Option<&Zig>) -> Outcome<Vec<u8>> {
     let paths = machine_paths()?;
-    let build_folder = target().join("fmu");
+    let build_folder = target().join(if zig.is_some() { "fmu-portable" } else { "fmu" });
     // `cargo rustc --crate-type` builds the library alone: beside an rlib, cargo would leave out link-time optimisation.
-    let mut command =
-        process::cargo(&["rustc", "--release", "--package", "swarf", "--lib", "--crate-type", "cdylib"]);
+    let arguments = ["rustc", "--release", "--package", "swarf", "--lib", "--crate-type", "cdylib"];
+    let mut command = match zig {
+        Some(zig) => zig.cargo(&arguments),
+        None => process::cargo(&arguments),
+    };
     command.arg("--target-dir").arg(&build_folder).args(["--config", "profile.release.strip=\"symbols\""]);
     let mut flags: Vec<String> = paths
         .iter()
@@ -69,7 +106,15 @@ fn library(suffix: &str) -> Outcome<Vec<u8>> {
     command.env_remove("RUSTFLAGS").env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
     process::run(&mut command)?;
     let prefix = if cfg!(windows) { "" } else { "lib" };
-    let library = bytes(&build_folder.join("release").join(format!("{prefix}swarf{suffix}")))?;
+    let built = match zig {
+        Some(_) => build_folder.join(portable::TARGET).join("release"),
+        None => build_folder.join("release"),
+    };
+    let path = built.join(format!("{prefix}swarf{suffix}"));
+    let library = bytes(&path)?;
+    if cfg!(target_os = "linux") {
+        portable::check_symbols(&path, zig.map(|_| portable::GLIBC))?;
+    }
     for (path, _) in &paths {
         let text = path.display().to_string();
         if let Some(at) = find(&library, text.as_bytes()) {

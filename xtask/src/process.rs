@@ -7,8 +7,15 @@ use crate::{Outcome, root};
 
 /// A cargo command in the repository's folder.
 pub fn cargo(arguments: &[&str]) -> Command {
-    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.current_dir(root()).args(arguments);
+    let mut command =
+        in_repository(Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())));
+    command.args(arguments);
+    command
+}
+
+/// Lets a command that is cargo, or runs it, work in the repository's folder.
+pub fn in_repository(mut command: Command) -> Command {
+    command.current_dir(root());
     // Set for this program by `cargo run`; other packages must not see them.
     for name in ["CARGO_MANIFEST_DIR", "CARGO_MANIFEST_PATH", "CARGO_PKG_NAME", "CARGO_PKG_VERSION"] {
         command.env_remove(name);

@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::{Outcome, process, root};
+use crate::{Outcome, portable, process, root};
 
 /// What the set-up provides.
 pub struct Tools {
@@ -35,6 +35,58 @@ impl Tools {
     }
 }
 
+/// The linker for libraries that older systems load, and cargo's way to it.
+pub struct Zig {
+    command: PathBuf,
+    zig: PathBuf,
+}
+
+impl Zig {
+    /// A cargo command that builds for `portable::TARGET` with the C library of `portable::GLIBC`.
+    pub fn cargo(&self, arguments: &[&str]) -> Command {
+        let mut command = process::in_repository(Command::new(&self.command));
+        let [major, minor] = portable::GLIBC;
+        command.args(arguments).args(["--target", &format!("{}.{major}.{minor}", portable::TARGET)]);
+        command.env("CARGO_ZIGBUILD_ZIG_PATH", &self.zig);
+        command
+    }
+}
+
+/// Adds zig and cargo-zigbuild to the environment (100 MB, so only where they are asked for).
+///
+/// # Errors
+/// As `prepare`, and on systems other than Linux.
+pub fn prepare_zig() -> Outcome<Zig> {
+    if !cfg!(target_os = "linux") {
+        return Err("--portable is for Linux, where libraries depend on the version of the C library".into());
+    }
+    let tools = prepare()?;
+    let requirements = root().join("xtask/portable-requirements.txt");
+    let wanted = process::read(&requirements)?;
+    let stamp = root().join(".venv/swarf-portable-stamp.txt");
+    if std::fs::read_to_string(&stamp).is_ok_and(|text| text != wanted) || !stamp.is_file() {
+        eprintln!("xtask: fetching zig and cargo-zigbuild from PyPI (once; 100 MB)");
+        install(&tools.python, &requirements)?;
+        process::write(&stamp, wanted.as_bytes())?;
+    }
+    let program = "import os, ziglang; print(os.path.join(os.path.dirname(ziglang.__file__), 'zig'))";
+    let zig = process::output(Command::new(&tools.python).args(["-c", program]))?;
+    Ok(Zig { command: root().join(".venv/bin/cargo-zigbuild"), zig: PathBuf::from(zig.trim()) })
+}
+
+/// Installs a list of packages. It pins every package, so pip has nothing to add.
+fn install(python: &Path, requirements: &Path) -> Outcome {
+    let mut pip = Command::new(python);
+    pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"]);
+    pip.args(["--only-binary", ":all:", "--requirement"]).arg(requirements);
+    process::run_quietly(&mut pip).map_err(|text| {
+        format!(
+            "{text}\npip could not fetch the packages of '{}'; is PyPI reachable?",
+            requirements.display()
+        )
+    })
+}
+
 /// Makes the environment where it is missing or stale.
 ///
 /// # Errors
@@ -56,15 +108,7 @@ pub fn prepare() -> Outcome<Tools> {
         process::run_quietly(Command::new(&base).args(["-m", "venv", "--clear"]).arg(&venv)).map_err(|text| {
             format!("{text}\nPython's venv module is missing or broken; on Debian or Ubuntu: apt-get install python3-venv")
         })?;
-        // The list pins every package, so pip has nothing to add.
-        let mut pip = Command::new(&python);
-        pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"]);
-        pip.args(["--only-binary", ":all:", "--requirement"]).arg(&requirements);
-        process::run_quietly(&mut pip).map_err(|text| {
-            format!(
-                "{text}\npip could not fetch the packages of fmpy_tests/requirements.txt; is PyPI reachable?"
-            )
-        })?;
+        install(&python, &requirements)?;
         process::write(&stamp, mark.as_bytes())?;
     }
     let libclang = libclang(&python)?;

@@ -95,3 +95,88 @@ fn a_call_from_within_a_call_is_refused() {
         fmi2FreeInstance(component);
     }
 }
+
+/// Calls with arguments that are right as far as they can be, in the order of `calls::ALL` less `fmi2FreeInstance`, and
+/// whether a spoiled instance takes them: only what makes it sound again, and what does not look at its model.
+const SPOILED: [(&str, bool, fn(*mut c_void, *mut c_void) -> Status); 30] = {
+    use std::ptr::null;
+    // SAFETY, once for all: the component is alive, arrays have one entry or none, and states are not followed.
+    #[allow(clippy::undocumented_unsafe_blocks)]
+    [
+        ("fmi2SetDebugLogging", true, |c, _| unsafe { fmi2SetDebugLogging(c, 0, 0, null()) }),
+        ("fmi2SetupExperiment", false, |c, _| unsafe { fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0) }),
+        ("fmi2EnterInitializationMode", false, |c, _| unsafe { fmi2EnterInitializationMode(c) }),
+        ("fmi2ExitInitializationMode", false, |c, _| unsafe { fmi2ExitInitializationMode(c) }),
+        ("fmi2Terminate", false, |c, _| unsafe { fmi2Terminate(c) }),
+        ("fmi2Reset", true, |c, _| unsafe { fmi2Reset(c) }),
+        ("fmi2GetReal", false, |c, _| unsafe { fmi2GetReal(c, &1, 1, &mut 0.0) }),
+        ("fmi2GetInteger", false, |c, _| unsafe { fmi2GetInteger(c, &131, 1, &mut 0) }),
+        ("fmi2GetBoolean", false, |c, _| unsafe { fmi2GetBoolean(c, &1201, 1, &mut 0) }),
+        ("fmi2GetString", false, |c, _| unsafe { fmi2GetString(c, &1100, 1, &mut null()) }),
+        ("fmi2SetReal", false, |c, _| unsafe { fmi2SetReal(c, &1, 1, &50.0) }),
+        ("fmi2SetInteger", false, |c, _| unsafe { fmi2SetInteger(c, null(), 0, null()) }),
+        ("fmi2SetBoolean", false, |c, _| unsafe { fmi2SetBoolean(c, null(), 0, null()) }),
+        ("fmi2SetString", false, |c, _| unsafe { fmi2SetString(c, null(), 0, null()) }),
+        ("fmi2GetFMUstate", false, |c, _| unsafe { fmi2GetFMUstate(c, &mut std::ptr::null_mut()) }),
+        ("fmi2SetFMUstate", true, |c, state| unsafe { fmi2SetFMUstate(c, state) }),
+        ("fmi2FreeFMUstate", true, |c, mut state| unsafe { fmi2FreeFMUstate(c, &raw mut state) }),
+        ("fmi2SerializedFMUstateSize", true, |c, state| unsafe {
+            fmi2SerializedFMUstateSize(c, state, &mut 0)
+        }),
+        ("fmi2SerializeFMUstate", true, |c, state| unsafe {
+            let (mut size, mut bytes) = (0, vec![0; 1 << 16]);
+            fmi2SerializedFMUstateSize(c, state, &raw mut size);
+            fmi2SerializeFMUstate(c, state, bytes.as_mut_ptr(), size)
+        }),
+        ("fmi2DeSerializeFMUstate", true, |c, state| unsafe {
+            let (mut size, mut bytes) = (0, vec![0; 1 << 16]);
+            fmi2SerializedFMUstateSize(c, state, &raw mut size);
+            fmi2SerializeFMUstate(c, state, bytes.as_mut_ptr(), size);
+            fmi2DeSerializeFMUstate(c, bytes.as_ptr(), size, &mut std::ptr::null_mut())
+        }),
+        ("fmi2GetDirectionalDerivative", false, |c, _| unsafe {
+            fmi2GetDirectionalDerivative(c, &100, 1, &1, 1, &1.0, &mut 0.0)
+        }),
+        ("fmi2SetRealInputDerivatives", false, |c, _| unsafe {
+            fmi2SetRealInputDerivatives(c, &2, 1, &1, &0.0)
+        }),
+        ("fmi2GetRealOutputDerivatives", false, |c, _| unsafe {
+            fmi2GetRealOutputDerivatives(c, &100, 1, &1, &mut 0.0)
+        }),
+        ("fmi2DoStep", false, |c, _| unsafe { fmi2DoStep(c, 0.0, 1e-6, 1) }),
+        ("fmi2CancelStep", false, |c, _| unsafe { fmi2CancelStep(c) }),
+        ("fmi2GetStatus", false, |c, _| unsafe { fmi2GetStatus(c, 0, &mut 0) }),
+        ("fmi2GetRealStatus", false, |c, _| unsafe { fmi2GetRealStatus(c, 2, &mut 0.0) }),
+        ("fmi2GetIntegerStatus", false, |c, _| unsafe { fmi2GetIntegerStatus(c, 0, &mut 0) }),
+        ("fmi2GetBooleanStatus", false, |c, _| unsafe { fmi2GetBooleanStatus(c, 3, &mut 0) }),
+        ("fmi2GetStringStatus", false, |c, _| unsafe { fmi2GetStringStatus(c, 1, &mut null()) }),
+    ]
+};
+
+/// After an internal error every function of the standard answers, and only a way out is taken.
+#[test]
+fn a_spoiled_instance_takes_only_what_leads_out() {
+    let names: Vec<&str> = calls::ALL.iter().map(|call| call.name).collect();
+    for (name, taken, attempt) in SPOILED {
+        assert!(names.contains(&name), "{name}");
+        let messages = Messages::default();
+        let component = instantiate(&messages);
+        let mut state = std::ptr::null_mut();
+        // SAFETY: the instance is alive and used by this thread alone.
+        unsafe {
+            assert_eq!(fmi2GetFMUstate(component, &raw mut state), Status::Ok);
+            assert_eq!(call(component, &calls::RESET, |_| panic!("spoil it")), Status::Error);
+        }
+        messages.lock().unwrap().clear();
+        let status = attempt(component, state);
+        let log = messages.lock().unwrap().join("\n");
+        if taken {
+            assert_eq!((status, log.contains("allowed")), (Status::Ok, false), "{name}: {log}");
+        } else {
+            assert_eq!(status, Status::Error, "{name}");
+            assert!(log.contains(&format!("{name}: ")) && log.contains("allowed"), "{name}: {log}");
+        }
+        // SAFETY: as above; freeing is allowed in every state.
+        unsafe { fmi2FreeInstance(component) };
+    }
+}

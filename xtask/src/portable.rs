@@ -1,0 +1,108 @@
+//! Libraries that load on systems older than this one: built for glibc 2.17 (2012), which every distribution in
+//! support has.
+//!
+//! A library linked on a new system asks for the newest version of each C function it calls, and an older system then
+//! refuses to load it. `cargo-zigbuild` links against the symbol list of a chosen glibc instead; both it and zig come
+//! from PyPI. The result is read back with objdump, since a wrong library would fail on other people's machines only.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::{Outcome, process};
+
+/// Rust's name of the platform.
+pub const TARGET: &str = "x86_64-unknown-linux-gnu";
+/// The newest glibc that a portable library may need.
+pub const GLIBC: [u32; 2] = [2, 17];
+/// Functions of FMI 2.0 that every co-simulation FMU exports: 34 for FMPy's count.
+const FUNCTIONS: usize = 34;
+
+/// Checks that a library exports the standard's functions and nothing else, and needs no newer glibc than `newest`.
+///
+/// # Errors
+/// Names the symbols at fault.
+pub fn check_symbols(library: &Path, newest: Option<[u32; 2]>) -> Outcome {
+    let listing = process::output(Command::new("objdump").arg("-T").arg(library))
+        .map_err(|text| format!("{text}\nobjdump is needed (Debian or Ubuntu: apt-get install binutils)"))?;
+    let symbols = Symbols::read(&listing);
+    let foreign: Vec<&str> =
+        symbols.exported.iter().copied().filter(|name| !name.starts_with("fmi2")).collect();
+    if !foreign.is_empty() {
+        return Err(format!(
+            "the library exports more than the standard's functions: {}",
+            foreign.join(", ")
+        ));
+    }
+    if symbols.exported.len() != FUNCTIONS {
+        let found = symbols.exported.len();
+        return Err(format!(
+            "the library exports {found} functions of the standard where {FUNCTIONS} are expected"
+        ));
+    }
+    let too_new: Vec<String> = symbols
+        .needed
+        .iter()
+        .filter(|(_, version)| newest.is_some_and(|newest| *version > newest))
+        .map(|(name, [major, minor])| format!("{name} of glibc {major}.{minor}"))
+        .collect();
+    if !too_new.is_empty() {
+        return Err(format!("the library needs a newer C library than promised: {}", too_new.join(", ")));
+    }
+    let [major, minor] = symbols.needed.iter().map(|needed| needed.1).max().unwrap_or([0, 0]);
+    println!("xtask: the library exports {FUNCTIONS} fmi2 functions alone and needs glibc {major}.{minor}");
+    Ok(())
+}
+
+/// The dynamic symbols of a library.
+struct Symbols<'a> {
+    exported: Vec<&'a str>,
+    /// With the version of glibc that brought them.
+    needed: Vec<(&'a str, [u32; 2])>,
+}
+
+impl<'a> Symbols<'a> {
+    /// From what `objdump -T` prints: address, flags, section, size, version (if any), name.
+    fn read(listing: &'a str) -> Self {
+        let (mut exported, mut needed) = (Vec::new(), Vec::new());
+        for line in listing.lines() {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            let (Some(name), true) = (words.last(), words.len() >= 5) else { continue };
+            if !words[0].bytes().all(|b| b.is_ascii_hexdigit()) {
+                continue;
+            }
+            if words.contains(&"*UND*") {
+                let version = words.iter().find_map(|word| {
+                    let text = word.trim_matches(['(', ')']).strip_prefix("GLIBC_")?;
+                    let mut parts = text.split('.').map(|part| part.parse().unwrap_or(u32::MAX));
+                    Some([parts.next()?, parts.next().unwrap_or(0)])
+                });
+                needed.extend(version.map(|version| (*name, version)));
+            } else {
+                exported.push(*name);
+            }
+        }
+        Symbols { exported, needed }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The three kinds of lines that a library's list has.
+    #[test]
+    fn exported_and_needed_symbols_are_told_apart() {
+        let listing = "
+swarf.so:     file format elf64-x86-64
+
+DYNAMIC SYMBOL TABLE:
+0000000000000000      DF *UND*\t0000000000000000 (GLIBC_2.34) pthread_create
+0000000000000000  w   D  *UND*\t0000000000000000  Base        __gmon_start__
+0000000000000000      DF *UND*\t0000000000000000  GLIBC_2.2.5 memcpy
+0000000000031a40 g    DF .text\t00000000000000a3  Base        fmi2DoStep
+";
+        let symbols = Symbols::read(listing);
+        assert_eq!(symbols.exported, ["fmi2DoStep"]);
+        assert_eq!(symbols.needed, [("pthread_create", [2, 34]), ("memcpy", [2, 2])]);
+    }
+}
