@@ -55,6 +55,10 @@ pub trait Dimension: Copy + Send + Sync + Debug + 'static {
     type Symmetric<T: Item>: Short<T>;
     /// A deviatoric symmetric tensor without zz.
     type Deviator<T: Item>: Short<T>;
+    /// One entry per pencil that a point touches.
+    type Pencils<T: Item>: Short<T>;
+    /// One entry per group of four numbers in a node's record.
+    type Quads<T: Item>: Short<T>;
     /// A rotation, in the form that turns a deviator at the least cost.
     type Rotation<T: Item>: Copy + Debug;
 
@@ -66,6 +70,11 @@ pub trait Dimension: Copy + Send + Sync + Debug + 'static {
     fn symmetric<T: Item>(f: impl FnMut(usize) -> T) -> Self::Symmetric<T>;
     /// The deviator with components f(index).
     fn deviator<T: Item>(f: impl FnMut(usize) -> T) -> Self::Deviator<T>;
+
+    /// `Pencils` of equal entries.
+    fn pencils<T: Item>(entry: T) -> Self::Pencils<T>;
+    /// `Quads` of equal entries.
+    fn quads<T: Item>(entry: T) -> Self::Quads<T>;
 
     /// Strain and rotation of a substep from h = Δt ∇v, h\[row\]\[column\] = Δt ∂v_row/∂x_column (-).
     ///
@@ -104,6 +113,8 @@ impl Dimension for PlaneStrain {
     type Matrix<T: Item> = [[T; 2]; 2];
     type Symmetric<T: Item> = [T; 4];
     type Deviator<T: Item> = [T; 3];
+    type Pencils<T: Item> = [T; 3];
+    type Quads<T: Item> = [T; 1];
     /// Cosine and sine of twice the angle, because a plane deviator turns by it.
     type Rotation<T: Item> = [T; 2];
 
@@ -125,6 +136,16 @@ impl Dimension for PlaneStrain {
     #[inline(always)]
     fn deviator<T: Item>(mut f: impl FnMut(usize) -> T) -> [T; 3] {
         [f(0), f(1), f(2)]
+    }
+
+    #[inline(always)]
+    fn pencils<T: Item>(entry: T) -> [T; 3] {
+        [entry; 3]
+    }
+
+    #[inline(always)]
+    fn quads<T: Item>(entry: T) -> [T; 1] {
+        [entry; 1]
     }
 
     #[inline(always)]
@@ -195,6 +216,8 @@ impl Dimension for ThreeDimensional {
     type Matrix<T: Item> = [[T; 3]; 3];
     type Symmetric<T: Item> = [T; 6];
     type Deviator<T: Item> = [T; 5];
+    type Pencils<T: Item> = [T; 9];
+    type Quads<T: Item> = [T; 2];
     /// The rotation matrix.
     type Rotation<T: Item> = [[T; 3]; 3];
 
@@ -216,6 +239,16 @@ impl Dimension for ThreeDimensional {
     #[inline(always)]
     fn deviator<T: Item>(mut f: impl FnMut(usize) -> T) -> [T; 5] {
         [f(0), f(1), f(2), f(3), f(4)]
+    }
+
+    #[inline(always)]
+    fn pencils<T: Item>(entry: T) -> [T; 9] {
+        [entry; 9]
+    }
+
+    #[inline(always)]
+    fn quads<T: Item>(entry: T) -> [T; 2] {
+        [entry; 2]
     }
 
     #[inline(always)]

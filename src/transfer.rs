@@ -9,6 +9,9 @@
 //! | 3 update | points | FLIP velocity, position, stress from the model, weights at the new positions |
 //! | 4 scatter | node components | mass, momentum and internal force for the next substep (eqs. 6, 7, 11) |
 //!
+//! Sorted points share their stencil with their neighbours: it is looked up, and what they give is added to it, once for
+//! each run of points with the same nearest node.
+//!
 //! Stages 2 and 4 treat one point at a time with all components of a node in one vector [vx, vy, Δvx, Δvy], because
 //! neighbouring points share nodes in no pattern that lasts. Sums over the stencil are nested: first along the
 //! pencil with that axis' three weights, then over the pencils.
@@ -49,25 +52,28 @@ pub struct PassSums {
 pub struct NodeRun<R> {
     /// Index of the first node in the layout.
     pub first: usize,
-    /// `QUADS` records per node.
+    /// `QUADS` records per node, and `SLACK` more.
     pub records: Vec<Record<R>>,
-    /// Mass per node (kg), with room for one vector more.
+    /// Mass per node (kg), and `SLACK` more.
     pub mass: Vec<R>,
 }
+
+/// Entries behind the last node, so that whole vectors and stencils can be read and written there.
+const SLACK: usize = 6;
 
 impl<R: Real> NodeRun<R> {
     /// Number of nodes.
     pub fn count<D: Dimension>(&self) -> usize {
-        self.records.len() / D::QUADS
+        self.records.len().saturating_sub(SLACK) / D::QUADS
     }
 
     /// Sets the run to `count` zero nodes from `first` on.
     pub fn reset<D: Dimension>(&mut self, first: usize, count: usize) {
         self.first = first;
         self.records.clear();
-        self.records.resize(count * D::QUADS, Record([R::ZERO; 4]));
+        self.records.resize(count * D::QUADS + SLACK, Record([R::ZERO; 4]));
         self.mass.clear();
-        self.mass.resize(count + 4, R::ZERO);
+        self.mass.resize(count + SLACK, R::ZERO);
     }
 
     /// Sets all nodes to zero.
@@ -157,13 +163,21 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
         let mut scratch = Scratch::<R>::new();
         let mut sums = LaneSums::<S::Lanes>::zero();
         deposit.clear();
+        let Some(first) = blocks.first() else { return PassSums::default() };
+        let first = D::vector(|axis| first.node[axis][0]);
+        let mut stencil = Stencil::<R, D>::around(nodes, layout, first);
+        let mut pile = Pile::<S, D>::new(first);
         for block in blocks {
             for lane in (0..BLOCK).step_by(S::Lanes::LANES) {
                 let offset = D::vector(|axis| S::Lanes::load(&block.offset[axis][lane..]));
                 store_stencils::<S, D, F>(shape, &offset, lane, &mut scratch);
             }
             for lane in 0..BLOCK {
-                gather::<S, D>(nodes, layout, D::vector(|axis| block.node[axis][lane]), lane, &mut scratch);
+                let node = D::vector(|axis| block.node[axis][lane]);
+                if node.as_ref() != stencil.node.as_ref() {
+                    stencil = Stencil::around(nodes, layout, node);
+                }
+                gather::<S, D>(&stencil, lane, &mut scratch);
             }
             for lane in (0..BLOCK).step_by(S::Lanes::LANES) {
                 update::<S, D, M>(model, &rates, block, lane, &mut scratch, &mut sums);
@@ -175,9 +189,15 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
                 prepare::<S, D, F, _>(shape, rates.density, block, lane, &mut scratch);
             }
             for lane in 0..BLOCK {
-                scatter::<S, D>(deposit, layout, D::vector(|axis| block.node[axis][lane]), lane, &scratch);
+                let node = D::vector(|axis| block.node[axis][lane]);
+                if node.as_ref() != pile.node.as_ref() {
+                    pile.add_to(deposit, layout);
+                    pile = Pile::new(node);
+                }
+                pile.scatter(lane, &scratch);
             }
         }
+        pile.add_to(deposit, layout);
         PassSums {
             plastic_work: sums.model.plastic_work.sum().to_f64(),
             increment_energy: 0.5 * sums.increment_energy.sum().to_f64(),
@@ -245,12 +265,32 @@ pub fn first_node<D: Dimension>(layout: &Layout, first: usize, node: &D::Vector<
     (layout.offset[touched as usize] + node[D::AXES - 1] - 1 - first as i32) as usize
 }
 
+/// The records of a point's stencil: three nodes on each of its pencils.
+///
+/// Sorted points share it with their neighbours, so it is looked up only when the nearest node changes.
+struct Stencil<'a, R: Real, D: Dimension> {
+    node: D::Vector<i32>,
+    /// Of each array the first `3 QUADS` records belong to the stencil.
+    pencils: D::Pencils<&'a [Record<R>; 6]>,
+}
+
+impl<'a, R: Real, D: Dimension> Stencil<'a, R, D> {
+    #[inline(always)]
+    fn around(nodes: &'a NodeRun<R>, layout: &Layout, node: D::Vector<i32>) -> Self {
+        // A run is longer than its nodes by `SLACK`, so six records follow each of them.
+        let from = |begin: usize| nodes.records[begin..begin + 6].first_chunk().expect("six records");
+        let mut pencils = D::pencils(from(0));
+        for pencil in 0..D::PENCILS {
+            pencils[pencil] = from(first_node::<D>(layout, nodes.first, &node, pencil) * D::QUADS);
+        }
+        Stencil { node, pencils }
+    }
+}
+
 /// Stage 2: velocity, increment and velocity gradient at one point.
 #[inline(always)]
 fn gather<S: Simd, D: Dimension>(
-    nodes: &NodeRun<S::Scalar>,
-    layout: &Layout,
-    node: D::Vector<i32>,
+    stencil: &Stencil<'_, S::Scalar, D>,
     lane: usize,
     scratch: &mut Scratch<S::Scalar>,
 ) {
@@ -261,14 +301,13 @@ fn gather<S: Simd, D: Dimension>(
     let mut values = [zero; 2];
     let mut gradients = D::vector(|_| zero);
     for pencil in 0..D::PENCILS {
-        let begin = first_node::<D>(layout, nodes.first, &node, pencil) * D::QUADS;
-        let records = &nodes.records[begin..begin + 3 * D::QUADS];
+        let records = stencil.pencils[pencil];
         let (weight, slopes) = transverse::<_, D>(scratch, pencil, lane);
         let weight = S::Quad::splat(weight);
-        for (quad, value) in values.iter_mut().enumerate().take(D::QUADS) {
+        for quad in 0..D::QUADS {
             let n: [S::Quad; 3] = std::array::from_fn(|k| S::Quad::load(&records[k * D::QUADS + quad].0));
             let along = a[2].mul_add(n[2], a[1].mul_add(n[1], a[0] * n[0]));
-            *value = weight.mul_add(along, *value);
+            values[quad] = weight.mul_add(along, values[quad]);
             if quad == 0 {
                 let slope_along = g[2].mul_add(n[2], g[1].mul_add(n[1], g[0] * n[0]));
                 for axis in 0..last {
@@ -401,43 +440,64 @@ fn move_node<V: Vector>(node: &mut Column<i32>, lane: usize, shift: V) {
     }
 }
 
-/// Stage 4: mass, momentum and internal force of one point.
-#[inline(always)]
-fn scatter<S: Simd, D: Dimension>(
-    deposit: &mut NodeRun<S::Scalar>,
-    layout: &Layout,
+/// What points that share their nearest node give to its stencil, before it is added to the run of nodes.
+struct Pile<S: Simd, D: Dimension> {
     node: D::Vector<i32>,
-    lane: usize,
-    scratch: &Scratch<S::Scalar>,
-) {
-    let last = D::AXES - 1;
-    let a: [S::Quad; 3] = std::array::from_fn(|k| S::Quad::splat(scratch.weights[last][k][lane]));
-    let g: [S::Quad; 3] = std::array::from_fn(|k| S::Quad::splat(scratch.slopes[last][k][lane]));
-    let momentum = S::Quad::load(&scratch.momentum[lane]);
-    let force = D::vector(|axis| S::Quad::load(&scratch.gradients[axis][lane]));
-    let along = S::Quad::load(&scratch.mass_weights[lane]);
-    for pencil in 0..D::PENCILS {
-        let begin = first_node::<D>(layout, deposit.first, &node, pencil);
-        let (weight, slopes) = transverse::<_, D>(scratch, pencil, lane);
-        let weight = S::Quad::splat(weight);
+    /// By pencil: mass of its three nodes.
+    mass: D::Pencils<S::Quad>,
+    /// By pencil, part of the record and node: what is added there.
+    records: D::Pencils<D::Quads<[S::Quad; 3]>>,
+}
 
-        let masses = &mut deposit.mass[begin..begin + 4];
-        weight.mul_add(along, S::Quad::load(masses)).store(masses);
+impl<S: Simd, D: Dimension> Pile<S, D> {
+    #[inline(always)]
+    fn new(node: D::Vector<i32>) -> Self {
+        let zero = S::Quad::constant(0.0);
+        Pile { node, mass: D::pencils(zero), records: D::pencils(D::quads([zero; 3])) }
+    }
 
-        let records = &mut deposit.records[begin * D::QUADS..(begin + 3) * D::QUADS];
-        let carried = weight * momentum;
-        let mut pushed = if D::QUADS == 1 { carried } else { S::Quad::constant(0.0) };
-        for axis in 0..last {
-            pushed = S::Quad::splat(slopes[axis]).mul_add(force[axis], pushed);
-        }
-        let twisted = weight * force[last];
-        for k in 0..3 {
-            if D::QUADS == 2 {
-                let record = &mut records[2 * k].0;
-                a[k].mul_add(carried, S::Quad::load(record)).store(record);
+    /// Stage 4: mass, momentum and internal force of one point.
+    #[inline(always)]
+    fn scatter(&mut self, lane: usize, scratch: &Scratch<S::Scalar>) {
+        let last = D::AXES - 1;
+        let a: [S::Quad; 3] = std::array::from_fn(|k| S::Quad::splat(scratch.weights[last][k][lane]));
+        let g: [S::Quad; 3] = std::array::from_fn(|k| S::Quad::splat(scratch.slopes[last][k][lane]));
+        let momentum = S::Quad::load(&scratch.momentum[lane]);
+        let force = D::vector(|axis| S::Quad::load(&scratch.gradients[axis][lane]));
+        let along = S::Quad::load(&scratch.mass_weights[lane]);
+        for pencil in 0..D::PENCILS {
+            let (weight, slopes) = transverse::<_, D>(scratch, pencil, lane);
+            let weight = S::Quad::splat(weight);
+            self.mass[pencil] = weight.mul_add(along, self.mass[pencil]);
+            let carried = weight * momentum;
+            let mut pushed = if D::QUADS == 1 { carried } else { S::Quad::constant(0.0) };
+            for axis in 0..last {
+                pushed = S::Quad::splat(slopes[axis]).mul_add(force[axis], pushed);
             }
-            let record = &mut records[D::QUADS * k + D::QUADS - 1].0;
-            g[k].mul_add(twisted, a[k].mul_add(pushed, S::Quad::load(record))).store(record);
+            let twisted = weight * force[last];
+            let records = &mut self.records[pencil];
+            for k in 0..3 {
+                if D::QUADS == 2 {
+                    records[0][k] = a[k].mul_add(carried, records[0][k]);
+                }
+                let record = &mut records[D::QUADS - 1][k];
+                *record = g[k].mul_add(twisted, a[k].mul_add(pushed, *record));
+            }
+        }
+    }
+
+    /// Adds the pile to the run of nodes.
+    #[inline(always)]
+    fn add_to(&self, deposit: &mut NodeRun<S::Scalar>, layout: &Layout) {
+        for pencil in 0..D::PENCILS {
+            let begin = first_node::<D>(layout, deposit.first, &self.node, pencil);
+            let masses = &mut deposit.mass[begin..begin + 4];
+            (S::Quad::load(masses) + self.mass[pencil]).store(masses);
+            let records = &mut deposit.records[begin * D::QUADS..(begin + 3) * D::QUADS];
+            for (place, Record(record)) in records.iter_mut().enumerate() {
+                let add = self.records[pencil][place % D::QUADS][place / D::QUADS];
+                (S::Quad::load(record) + add).store(record);
+            }
         }
     }
 }
