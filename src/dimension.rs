@@ -330,3 +330,90 @@ fn adjugate<V: Lanes>(a: &[[V; 3]; 3]) -> [[V; 3]; 3] {
         [minor(1, 2, 0, 1), minor(0, 2, 1, 0), minor(0, 1, 0, 1)],
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::{Portable, Simd};
+    use nalgebra::{Matrix3, Rotation3, Vector3};
+
+    type V = <Portable<f64> as Simd>::Lanes;
+
+    fn first(v: V) -> f64 {
+        let mut out = [0.0; 8];
+        v.store(&mut out);
+        out[0]
+    }
+
+    /// An oblique displacement gradient of some size; without its z entries for the plane.
+    fn gradient(size: f64, axes: usize) -> Matrix3<f64> {
+        let full = Matrix3::new(0.3, -0.7, 0.2, 0.5, -0.4, 0.6, -0.1, 0.8, 0.25) * size;
+        Matrix3::from_fn(|i, j| if i < axes && j < axes { full[(i, j)] } else { 0.0 })
+    }
+
+    /// Strain and rotation of Hughes and Winget as the paper writes them, with general matrix inverses.
+    fn written_out(h: &Matrix3<f64>) -> (f64, Matrix3<f64>, Matrix3<f64>) {
+        let unit = Matrix3::identity();
+        let g = h * (unit + h * 0.5).try_inverse().expect("a moderate increment");
+        let strain = (g + g.transpose()) * 0.5;
+        let spin = (g - g.transpose()) * 0.5;
+        let rotation = (unit - spin * 0.5).try_inverse().expect("skew") * (unit + spin * 0.5);
+        ((unit + h).determinant(), strain - unit * (strain.trace() / 3.0), rotation)
+    }
+
+    fn compare<D: Dimension>(size: f64) {
+        let h = gradient(size, D::AXES);
+        let increment = D::increment(&D::matrix(|i, j| V::splat(h[(i, j)])));
+        let (ratio, strain, rotation) = written_out(&h);
+        // Some dozen roundings of numbers up to one.
+        let bound = 64.0 * f64::EPSILON;
+        assert!((first(increment.volume_ratio) - ratio).abs() < bound, "det = {ratio} at {size}");
+        let deviator = D::with_mean(&increment.deviatoric_strain, V::constant(0.0));
+        let s = D::deviator(|k| V::splat([0.3, -0.8, 0.5, 0.2, -0.6][k]));
+        let turned = D::with_mean(&D::rotate(&increment.rotation, s), V::constant(0.0));
+        let s = D::with_mean(&s, V::constant(0.0));
+        let full = |tensor: &D::Symmetric<V>| {
+            Matrix3::from_fn(|i, j| {
+                let inside = i < D::AXES && j < D::AXES;
+                let zz = tensor[2];
+                if inside { first(D::component(tensor, i, j)) } else if i == j { first(zz) } else { 0.0 }
+            })
+        };
+        let error = (full(&deviator) - strain).abs().max();
+        assert!(error < bound, "strain is off by {error} at {size}");
+        let error = (full(&turned) - rotation * full(&s) * rotation.transpose()).abs().max();
+        assert!(error < bound, "the turned deviator is off by {error} at {size}");
+        let square = first(D::double_contraction(&D::deviator(|k| V::splat([0.3, -0.8, 0.5, 0.2, -0.6][k]))));
+        let exact = full(&s).norm_squared();
+        assert!((square - exact).abs() < bound, "s : s = {square}, written out {exact}");
+    }
+
+    /// The forms without matrix inverses are the paper's formulas, in the plane and in space, for any size of substep.
+    #[test]
+    fn kinematics_are_those_of_hughes_and_winget() {
+        for size in [0.0, 1e-9, 1e-4, 1e-2, 0.3, 1.0] {
+            compare::<PlaneStrain>(size);
+            compare::<ThreeDimensional>(size);
+        }
+    }
+
+    /// A rotation of any size is neither strain nor change of volume, and turns a deviator by itself.
+    #[test]
+    fn a_pure_rotation_strains_nothing() {
+        for degrees in [1.0_f64, 30.0, 90.0, 150.0] {
+            let r = Rotation3::from_axis_angle(&Vector3::z_axis(), degrees.to_radians()).into_inner();
+            let h = r - Matrix3::identity();
+            let flat = PlaneStrain::increment(&PlaneStrain::matrix(|i, j| V::splat(h[(i, j)])));
+            let deep = ThreeDimensional::increment(&ThreeDimensional::matrix(|i, j| V::splat(h[(i, j)])));
+            let strains = flat.deviatoric_strain.iter().chain(&deep.deviatoric_strain);
+            let largest = strains.map(|&e| first(e).abs()).fold(0.0, f64::max);
+            // I + R is nearly singular near half a turn: 1/cos² of half the angle times ε.
+            let bound = 8.0 * f64::EPSILON / (0.5 * degrees.to_radians()).cos().powi(2);
+            assert!(largest < bound, "strain {largest} of a rotation by {degrees} degrees, bound {bound}");
+            assert!((first(flat.volume_ratio) - 1.0).abs() < bound && (first(deep.volume_ratio) - 1.0).abs() < bound);
+            let turned = first(PlaneStrain::rotate(&flat.rotation, [1.0, -1.0, 0.0].map(V::constant))[0]);
+            let exact = (2.0 * degrees.to_radians()).cos();
+            assert!((turned - exact).abs() < 4.0 * bound, "xx = {turned}, exact {exact}");
+        }
+    }
+}

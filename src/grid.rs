@@ -235,3 +235,62 @@ pub fn increment_energy<R: Real, D: Dimension>(records: &[Record<R>], mass: &[R]
     }
     0.5 * sums.iter().map(|sum| sum.to_f64()).sum::<f64>()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dimension::{PlaneStrain, ThreeDimensional};
+
+    /// Every node that a point reaches before the next sort exists, each at a place of its own, without gaps.
+    fn check<D: Dimension>(counts: [i32; 3], nodes: &[D::Vector<i32>]) {
+        let mut layout = Layout::new(counts, 1.0, [0.0; 3]);
+        layout.arrange::<D>(nodes.iter().copied());
+        let place = |node: D::Vector<i32>| {
+            let pencil = layout.pencil::<D>(node) as usize;
+            let index = layout.offset[pencil] + Layout::along::<D>(node);
+            let own = layout.start[pencil] as i32..layout.start[pencil + 1] as i32;
+            assert!(own.contains(&index), "node {node:?} has index {index}, its pencil has {own:?}");
+        };
+        for node in nodes {
+            assert!(layout.contains::<D>(*node), "{node:?} is too near the rim for this test");
+            for shift in 0..5_i32.pow(D::AXES as u32) {
+                place(D::vector(|axis| node[axis] + shift / 5_i32.pow(axis as u32) % 5 - MARGIN));
+            }
+        }
+        let mut restored = layout.clone();
+        restored.restore_offsets();
+        assert_eq!(restored.offset, layout.offset);
+    }
+
+    /// See `check`; a chip beside the workpiece makes ragged pencils.
+    #[test]
+    fn every_node_in_reach_of_a_point_exists() {
+        check::<PlaneStrain>([30, 40, 1], &[[5, 5], [5, 6], [6, 30], [12, 4], [24, 36]]);
+        check::<ThreeDimensional>([20, 18, 16], &[[4, 4, 4], [5, 12, 9], [15, 3, 12], [15, 4, 3]]);
+    }
+
+    /// v = (p + f Δt)/m on every node, and a node without mass stays at rest.
+    #[test]
+    fn momentum_equation_gives_velocity_and_increment() {
+        let mut flat = [Record([6.0, -4.0, 10.0, 20.0]), Record([0.0, 0.0, 7.0, 7.0])];
+        momentum_to_velocity::<f64, PlaneStrain>(&mut flat, &[2.0, 0.0], 1e-30, 0.5);
+        assert_eq!(flat, [Record([5.5, 3.0, 2.5, 5.0]), Record([0.0; 4])]);
+        let mut deep = [Record([6.0, -4.0, 8.0, 0.0]), Record([10.0, 20.0, -4.0, 0.0])];
+        momentum_to_velocity::<f64, ThreeDimensional>(&mut deep, &[2.0], 1e-30, 0.5);
+        assert_eq!(deep, [Record([5.5, 3.0, 3.0, 0.0]), Record([2.5, 5.0, -1.0, 0.0])]);
+        // ½ m |Δv|², all numbers exact.
+        assert_eq!(increment_energy::<f64, PlaneStrain>(&flat, &[2.0, 0.0]), 31.25);
+        assert_eq!(increment_energy::<f64, ThreeDimensional>(&deep, &[2.0]), 32.25);
+    }
+
+    /// Fixed nodes are a box: outside it a pencil has none.
+    #[test]
+    fn fixed_nodes_end_at_their_box() {
+        let layout = Layout::new([10, 10, 1], 1.0, [0.0; 3]);
+        let fixed = FixedNodes { low: [2, 3, 0], high: [4, 6, 0], axes: [true; 3] };
+        for pencil in 0..10 {
+            let expected = (2..=4).contains(&pencil).then_some((3, 6));
+            assert_eq!(fixed.on_pencil::<PlaneStrain>(&layout, pencil), expected, "pencil {pencil}");
+        }
+    }
+}

@@ -86,11 +86,17 @@ fn check_outputs(o: &Outputs, count: usize, k: i32, name: &str) {
     assert_eq!((o.active_points as usize, o.retired_points), (count, 0), "{name}, {k} µs: points were lost");
     // Forces, chip and energies are numbers and have the sign they must have.
     for (what, value) in [
-        ("tool work", o.tool_work), ("kinetic", o.kinetic_energy), ("elastic", o.elastic_energy),
-        ("plastic", o.plastic_work), ("friction", o.friction_work), ("heat", o.thermal_energy), ("cutting force", o.cutting_force),
+        ("tool work", o.tool_work),
+        ("kinetic", o.kinetic_energy),
+        ("elastic", o.elastic_energy),
+        ("plastic", o.plastic_work),
+        ("friction", o.friction_work),
+        ("heat", o.thermal_energy),
     ] {
-        assert!(value >= 0.0, "{name}, {k} µs: {what} = {value}");
+        // Without friction its work is the rounding of a product of perpendicular vectors.
+        assert!(value >= -1e-12 * o.tool_work, "{name}, {k} µs: {what} = {value} J");
     }
+    assert!(o.cutting_force >= 0.0, "{name}, {k} µs: cutting force {} N", o.cutting_force);
     // Nine tenths of the plastic work is stored as heat, and nothing else heats.
     let heat = 0.9 * o.plastic_work;
     assert!((o.thermal_energy - heat).abs() <= 1e-9 * heat, "{name}, {k} µs: heat {} J of {heat} J", o.thermal_energy);
@@ -253,7 +259,8 @@ fn a_ramp_of_the_feed_is_followed_exactly() {
 fn friction_can_be_switched_on_the_way() {
     let scene = scene(2e-5, 0.0, 0.0, 3e-4);
     let mut session = cutting(&scene);
-    assert_eq!(session.outputs().friction_work, 0.0, "friction work without friction");
+    let (friction, work) = (session.outputs().friction_work, session.outputs().tool_work);
+    assert!(friction.abs() < 1e-12 * work, "friction work {friction} J without friction, of {work} J");
     let mut thrust = [0.0; 2];
     for (phase, friction) in [0.0, 0.2].into_iter().enumerate() {
         session.set_inputs(Inputs { friction, ..scene.inputs }, NO_SLOPE);
@@ -271,22 +278,29 @@ fn friction_can_be_switched_on_the_way() {
     assert!(thrust[0].abs() < 0.04 && (thrust[1] - 0.2).abs() < 0.06, "thrust over cutting: {thrust:?}");
 }
 
-/// A tool that goes back leaves the workpiece: no force, the chip state says so, no energy is lost.
+/// A tool that goes back loses the chip at once; its flank rubs over the surface, which has sprung back above its tip, until
+/// it has left where it came in. Every force on the way is against the motion.
 #[test]
 fn a_reversed_tool_leaves_the_workpiece() {
     let scene = scene(2e-5, 0.2, 0.0, 3e-4);
     let mut session = cutting(&scene);
-    let work = session.outputs().tool_work;
+    let mut work = session.outputs().tool_work;
     session.set_inputs(Inputs { tool_velocity: -SPEED, ..scene.inputs }, NO_SLOPE);
-    advance(&mut session, 14e-6);
+    for k in 11..=24 {
+        advance(&mut session, f64::from(k) * STEP);
+        let o = session.outputs();
+        println!("{k} µs: force {:.1}, thrust {:.1} N, state {}", o.cutting_force, o.thrust_force, o.chip_state);
+        // In the first step the workpiece springs back with the tool and may return elastic energy.
+        assert!(k == 11 || o.tool_work >= work, "{k} µs: tool work fell from {work} to {} J", o.tool_work);
+        assert!(k < 13 || o.contact_length == 0.0, "{k} µs: {} m of rake face in contact", o.contact_length);
+        assert!(o.balance_error.abs() < 0.01, "{k} µs: ledger {}", o.balance_error);
+        work = o.tool_work;
+    }
+    // Retraced after 20 µs; what has been pushed out at the right side takes a little longer.
     let free = session.outputs().clone();
-    assert!(free.chip_state == 4, "chip.state is {}", free.chip_state);
-    advance(&mut session, 15e-6);
+    assert_eq!(free.chip_state, 4, "chip.state of a tool that has left");
+    advance(&mut session, 25e-6);
     let o = session.outputs();
-    println!("after reversal: force {:.3e} N, ledger {:.4}", o.cutting_force, o.balance_error);
-    assert_eq!((o.cutting_force, o.thrust_force, o.contact_length), (0.0, 0.0, 0.0), "force on a tool that has left");
-    assert_eq!(o.cut_length, free.cut_length, "a tool in air cuts");
-    // The workpiece, springing back, pushes it away a little; it takes no more than the elastic energy.
-    assert!(o.tool_work <= work && o.tool_work > 0.9 * work, "tool work {} J, was {work} J", o.tool_work);
-    assert!(o.balance_error.abs() < 0.01, "ledger {}", o.balance_error);
+    assert_eq!((o.cutting_force, o.thrust_force, o.contact_length), (0.0, 0.0, 0.0), "force on a tool in air");
+    assert_eq!((o.cut_length, o.tool_work), (free.cut_length, free.tool_work), "a tool in air cuts");
 }

@@ -61,7 +61,7 @@ fn forge(mut data: &[u8]) {
     let slave = Slave::new(false);
     let (status, state) = slave.deserialize(&bytes);
     if status == Status::Ok && slave.restore(state) == Status::Ok {
-        slave.step(2e-6, 1e-8);
-        slave.step(2.01e-6, 1e-8);
+        slave.step(2e-6, 2e-7);
+        slave.step(2.2e-6, 1e-7);
     }
 }

@@ -231,3 +231,75 @@ impl<R: Real, const SOFTENS: bool> ThermalEffect<R> for Adiabatic<R, SOFTENS> {
         (V::load(&state.0[lane..]) + rise).store(&mut state.0[lane..]);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::{Portable, Simd};
+
+    type V = <Portable<f64> as Simd>::Lanes;
+
+    fn first(v: V) -> f64 {
+        let mut out = [0.0; 8];
+        v.store(&mut out);
+        out[0]
+    }
+
+    /// The logarithm hardens above the reference rate and would soften below it, where the factor is one by definition.
+    #[test]
+    fn rate_factor_is_the_logarithm_above_the_reference_rate_and_one_below() {
+        let rate = RateDependent { coefficient: 0.014, reference: 2.0 };
+        let dt = 1e-3;
+        for exponent in -12..=12 {
+            let speed = 3.0 * 10_f64.powi(exponent);
+            let (factor, slope) = rate.factor(V::splat(speed * dt), dt);
+            let exact = 1.0 + 0.014 * (speed / 2.0).max(1.0).ln();
+            assert!((first(factor) - exact).abs() < 1e-14, "factor {} at {speed} 1/s, exact {exact}", first(factor));
+            let exact = if speed > 2.0 { 0.014 / (speed * dt) } else { 0.0 };
+            assert!((first(slope) - exact).abs() <= 1e-14 * exact, "slope {} at {speed} 1/s", first(slope));
+        }
+    }
+
+    /// Softening runs from one at the reference temperature to zero at melting and stays there; nothing is stiffer when cold.
+    #[test]
+    fn softening_is_capped_below_and_above() {
+        let softening = Softening { exponent: 1.03, reference: 298.15, melting: 1573.15 };
+        for (temperature, factor) in [(77.0, 1.0), (298.15, 1.0), (1573.15, 0.0), (4000.0, 0.0)] {
+            let effect = Adiabatic::<f64, true>::new(0.9, 3.76e6, temperature, softening);
+            let mut state = Temperature::zeroed();
+            for lane in 0..8 {
+                effect.place(&mut state, lane, temperature);
+            }
+            let (kernel, _) = effect.factor(&state, 0, V::constant(0.0));
+            assert_eq!((first(kernel), softening.factor(temperature)), (factor, factor), "at {temperature} K");
+        }
+    }
+
+    /// Newton's slope is the derivative of the factor the same kernel gives.
+    #[test]
+    fn softening_slope_matches_central_difference() {
+        let softening = Softening { exponent: 1.03, reference: 298.15, melting: 1573.15 };
+        let effect = Adiabatic::<f64, true>::new(0.9, 3.76e6, 298.15, softening);
+        for temperature in [300.0, 500.0, 1000.0, 1570.0] {
+            let state = Temperature([temperature; BLOCK]);
+            let at = |rise: f64| first(effect.factor(&state, 0, V::splat(rise)).0);
+            let difference = (at(0.01) - at(-0.01)) / 0.02;
+            let slope = first(effect.factor(&state, 0, V::constant(0.0)).1);
+            // Third derivative times step², at most 1e-6 of the slope this close to the reference temperature.
+            assert!((slope - difference).abs() < 1e-5 * slope.abs(), "{slope} and {difference} 1/K at {temperature} K");
+        }
+    }
+
+    /// Plastic work becomes heat by the Taylor–Quinney share, and the heat reported is what was put in.
+    #[test]
+    fn plastic_work_heats_by_its_share() {
+        let softening = Softening { exponent: 1.0, reference: 298.15, melting: 1573.15 };
+        let effect = Adiabatic::<f64, false>::new(0.9, 3.76e6, 300.0, softening);
+        let mut state = Temperature([300.0; BLOCK]);
+        let rise = effect.rise(V::constant(5e8));
+        effect.heat(&mut state, 0, rise);
+        let (temperature, heat) = effect.report(&state, 0);
+        assert!((temperature - 300.0 - 0.9 * 5e8 / 3.76e6).abs() < 1e-10, "temperature {temperature} K");
+        assert!((heat - 0.9 * 5e8).abs() < 1e-3, "heat {heat} J/m3");
+    }
+}

@@ -3,6 +3,7 @@
 //! Every command fetches and builds what it needs into the repository's own folders (`.venv`, `target`).
 
 mod describe;
+mod documentation;
 mod fuzz;
 mod package;
 mod portable;

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use zip::write::SimpleFileOptions;
 
 use crate::setup::Zig;
-use crate::{Outcome, portable, process, root, target};
+use crate::{Outcome, documentation, portable, process, root, target};
 
 /// Builds the FMU for this machine as it is and gives its path; what `cut` and `test` use.
 pub fn build() -> Outcome<PathBuf> {
@@ -32,6 +32,9 @@ pub fn build_with(zig: Option<&Zig>, others: &[&str]) -> Outcome<PathBuf> {
     files.insert("modelDescription.xml".into(), bytes(&description)?);
     files.insert("model.png".into(), bytes(&folder.join("model.png"))?);
     add_folder(&mut files, &folder.join("documentation"), "documentation")?;
+    let (page, xml) = (folder.join("documentation/index.html"), process::read(&description)?);
+    let page = documentation::with_variables(&process::read(&page)?, &xml)?;
+    files.insert("documentation/index.html".into(), page.into_bytes());
     add_folder(&mut files, &root().join("resources"), "resources")?;
     for name in ["LICENSE-MIT", "LICENSE-APACHE"] {
         files.insert(format!("documentation/licenses/{name}.txt"), bytes(&root().join(name))?);

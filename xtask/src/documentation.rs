@@ -1,0 +1,94 @@
+//! The variable tables of the FMU's own documentation, made from its model description when it is packaged, so that the page
+//! inside an FMU always speaks of that FMU.
+
+use crate::Outcome;
+
+/// Stands in `modelDescription/documentation/index.html` where the tables go.
+const MARK: &str = "<!-- variables -->";
+
+/// The page with one table per causality in place of its mark.
+///
+/// # Errors
+/// A page without the mark, or a description without variables.
+pub fn with_variables(page: &str, description: &str) -> Outcome<String> {
+    if !page.contains(MARK) {
+        return Err(format!("documentation/index.html has no place for the variables: it needs {MARK}"));
+    }
+    let mut tables = String::new();
+    for (causality, title) in [("input", "Inputs"), ("output", "Outputs"), ("parameter", "Parameters")] {
+        let rows: Vec<String> = description
+            .split("<ScalarVariable ")
+            .skip(1)
+            .filter(|variable| attribute(variable, "causality") == Some(causality))
+            .map(|variable| row(variable, description))
+            .collect();
+        if rows.is_empty() {
+            return Err(format!("modelDescription.xml has no variable of causality {causality}"));
+        }
+        let head = "<tr><th>name</th><th>unit</th><th>start</th><th>range</th><th>meaning</th></tr>";
+        tables.push_str(&format!("<h3>{title}</h3>\n<table>\n{head}\n{}\n</table>\n", rows.join("\n")));
+    }
+    Ok(page.replace(MARK, tables.trim_end()))
+}
+
+/// One variable as a line of a table. Texts come from XML, so they are escaped for HTML already.
+fn row(variable: &str, description: &str) -> String {
+    let of = |name| attribute(variable, name).unwrap_or_default();
+    let start = of("start");
+    let items = attribute(variable, "declaredType").map(|name| items(description, name)).unwrap_or_default();
+    let (start, range) = if items.is_empty() {
+        let range = match (of("min"), of("max")) {
+            ("", "") => String::new(),
+            (min, "") => format!("from {min}"),
+            ("", max) => format!("up to {max}"),
+            (min, max) => format!("{min} to {max}"),
+        };
+        (start.to_string(), range)
+    } else {
+        let chosen = items.iter().find(|(_, number)| *number == start).map_or("", |(name, _)| name);
+        let names: Vec<String> = items.iter().map(|(name, number)| format!("{name} ({number})")).collect();
+        (chosen.to_string(), names.join(", "))
+    };
+    let (name, unit, text) = (of("name"), of("unit"), of("description"));
+    format!(
+        "<tr><td><code>{name}</code></td><td>{unit}</td><td>{start}</td><td>{range}</td><td>{text}</td></tr>"
+    )
+}
+
+/// Names and numbers of an enumeration's items.
+fn items<'a>(description: &'a str, name: &str) -> Vec<(&'a str, &'a str)> {
+    let opening = format!("<SimpleType name=\"{name}\"");
+    let Some((_, rest)) = description.split_once(&opening) else { return Vec::new() };
+    let body = rest.split("</SimpleType>").next().unwrap_or_default();
+    let items = body.split("<Item ").skip(1);
+    items.filter_map(|item| Some((attribute(item, "name")?, attribute(item, "value")?))).collect()
+}
+
+/// An attribute of the first elements in a text; the description is our own, so no general XML is met.
+fn attribute<'a>(text: &'a str, name: &str) -> Option<&'a str> {
+    let (_, rest) = format!(" {text}")
+        .find(&format!(" {name}=\""))
+        .map(|at| text.split_at(at + name.len() + 2))?;
+    rest.split('"').next()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A quantity with a range and a choice, as the description writes them.
+    #[test]
+    fn variables_become_lines_of_tables() {
+        let description = r#"<SimpleType name="Scene"><Item name="cut" value="1"/><Item name="press" value="2"/></SimpleType>
+            <ScalarVariable name="feed" description="depth &lt; height" causality="input">
+              <Real unit="m" displayUnit="mm" min="0" start="3e-4"/></ScalarVariable>
+            <ScalarVariable name="cutting_force" description="force" causality="output"><Real unit="N"/></ScalarVariable>
+            <ScalarVariable name="scene" description="process" causality="parameter">
+              <Enumeration declaredType="Scene" min="1" max="2" start="1"/></ScalarVariable>"#;
+        let page = with_variables("<p>before</p><!-- variables -->", description).unwrap();
+        let feed = "<tr><td><code>feed</code></td><td>m</td><td>3e-4</td><td>from 0</td><td>depth &lt; height</td></tr>";
+        assert!(page.contains(feed), "{page}");
+        assert!(page.contains("<td>cut</td><td>cut (1), press (2)</td>"), "{page}");
+        assert!(with_variables("<p>no mark</p>", description).is_err());
+    }
+}
