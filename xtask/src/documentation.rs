@@ -64,12 +64,12 @@ fn items<'a>(description: &'a str, name: &str) -> Vec<(&'a str, &'a str)> {
     items.filter_map(|item| Some((attribute(item, "name")?, attribute(item, "value")?))).collect()
 }
 
-/// An attribute of the first elements in a text; the description is our own, so no general XML is met.
+/// The first attribute of a name in a text; the description is our own, so no general XML is met.
 fn attribute<'a>(text: &'a str, name: &str) -> Option<&'a str> {
-    let (_, rest) = format!(" {text}")
-        .find(&format!(" {name}=\""))
-        .map(|at| text.split_at(at + name.len() + 2))?;
-    rest.split('"').next()
+    let key = format!("{name}=\"");
+    let begins_a_word = |at: &usize| text[..*at].ends_with([' ', '\n']) || *at == 0;
+    let at = text.match_indices(&key).map(|(at, _)| at).find(begins_a_word)?;
+    text[at + key.len()..].split('"').next()
 }
 
 #[cfg(test)]
@@ -90,5 +90,16 @@ mod tests {
         assert!(page.contains(feed), "{page}");
         assert!(page.contains("<td>cut</td><td>cut (1), press (2)</td>"), "{page}");
         assert!(with_variables("<p>no mark</p>", description).is_err());
+    }
+
+    /// The committed page has its place, and every variable gets its line.
+    #[test]
+    fn the_committed_page_shows_every_variable() {
+        let read =
+            |name: &str| std::fs::read_to_string(crate::root().join("modelDescription").join(name)).unwrap();
+        let (page, description) = (read("documentation/index.html"), read("modelDescription.xml"));
+        let page = with_variables(&page, &description).unwrap();
+        assert_eq!(page.matches("<tr><td>").count(), description.matches("<ScalarVariable ").count());
+        assert!(page.contains("<td>adiabatic</td>"), "an enumeration's start is shown by its name");
     }
 }

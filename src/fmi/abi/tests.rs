@@ -96,9 +96,12 @@ fn a_call_from_within_a_call_is_refused() {
     }
 }
 
+/// A call on an instance, with a pointer to spare for its other arguments.
+type Call = fn(*mut c_void, *mut c_void) -> Status;
+
 /// Calls with arguments that are right as far as they can be, in the order of `calls::ALL` less `fmi2FreeInstance`, and
 /// whether a spoiled instance takes them: only what makes it sound again, and what does not look at its model.
-const SPOILED: [(&str, bool, fn(*mut c_void, *mut c_void) -> Status); 30] = {
+const SPOILED: [(&str, bool, Call); 30] = {
     use std::ptr::null;
     // SAFETY, once for all: the component is alive, arrays have one entry or none, and states are not followed.
     #[allow(clippy::undocumented_unsafe_blocks)]
