@@ -71,8 +71,8 @@ pub fn check(scene: &Scene) -> Result<Scene, Error> {
     Ok(resolved)
 }
 
-/// Most points of a scene: indices of points and nodes are 32-bit.
-const MOST_POINTS: f64 = 2e8;
+/// Most points of a scene: 3 GB; more would fill an engineer's machine before it says so.
+const MOST_POINTS: f64 = 2e7;
 
 /// Checks a feed (m) against the workpiece.
 ///

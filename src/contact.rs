@@ -224,10 +224,17 @@ mod tests {
                 let drag = impulse[0] * contact.normal[1] - impulse[1] * contact.normal[0];
                 // A few roundings of velocities up to 250 m/s.
                 let bound = 1e-12 * 250.0;
-                assert!(push > 0.0 && drag.abs() <= friction * push + bound, "push {push}, drag {drag} at {velocity:?}");
+                assert!(
+                    push > 0.0 && drag.abs() <= friction * push + bound,
+                    "push {push}, drag {drag} at {velocity:?}"
+                );
                 let slides = contact.slip.iter().any(|&v| v.abs() > bound);
-                assert!(!slides || (drag.abs() - friction * push).abs() < bound, "slides inside the cone: {push}, {drag}");
-                let enters = (contact.velocity[0] + 50.0) * contact.normal[0] + contact.velocity[1] * contact.normal[1];
+                assert!(
+                    !slides || (drag.abs() - friction * push).abs() < bound,
+                    "slides inside the cone: {push}, {drag}"
+                );
+                let enters = (contact.velocity[0] + 50.0) * contact.normal[0]
+                    + contact.velocity[1] * contact.normal[1];
                 assert!(enters.abs() < bound, "still approaches at {enters} m/s");
             }
         }
@@ -254,7 +261,12 @@ mod tests {
         let (before, after) = (along(&velocity), along(&contact.velocity));
         let kept = (after / before, contact.velocity[2] / velocity[2]);
         // A few roundings.
-        assert!((kept.0 - kept.1).abs() < 1e-14, "{} of the slip is kept along the cut, {} across", kept.0, kept.1);
+        assert!(
+            (kept.0 - kept.1).abs() < 1e-14,
+            "{} of the slip is kept along the cut, {} across",
+            kept.0,
+            kept.1
+        );
         let push = 50.0 * contact.normal[0].abs();
         let braked = (before * before + 400.0).sqrt() * (1.0 - kept.0);
         assert!((braked - 0.2 * push).abs() < 1e-12 * push, "braked by {braked} m/s, pushed by {push} m/s");

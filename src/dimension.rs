@@ -376,7 +376,13 @@ mod tests {
             Matrix3::from_fn(|i, j| {
                 let inside = i < D::AXES && j < D::AXES;
                 let zz = tensor[2];
-                if inside { first(D::component(tensor, i, j)) } else if i == j { first(zz) } else { 0.0 }
+                if inside {
+                    first(D::component(tensor, i, j))
+                } else if i == j {
+                    first(zz)
+                } else {
+                    0.0
+                }
             })
         };
         let error = (full(&deviator) - strain).abs().max();
@@ -410,7 +416,10 @@ mod tests {
             // I + R is nearly singular near half a turn: 1/cos² of half the angle times ε.
             let bound = 8.0 * f64::EPSILON / (0.5 * degrees.to_radians()).cos().powi(2);
             assert!(largest < bound, "strain {largest} of a rotation by {degrees} degrees, bound {bound}");
-            assert!((first(flat.volume_ratio) - 1.0).abs() < bound && (first(deep.volume_ratio) - 1.0).abs() < bound);
+            assert!(
+                (first(flat.volume_ratio) - 1.0).abs() < bound
+                    && (first(deep.volume_ratio) - 1.0).abs() < bound
+            );
             let turned = first(PlaneStrain::rotate(&flat.rotation, [1.0, -1.0, 0.0].map(V::constant))[0]);
             let exact = (2.0 * degrees.to_radians()).cos();
             assert!((turned - exact).abs() < 4.0 * bound, "xx = {turned}, exact {exact}");

@@ -188,12 +188,9 @@ impl Session {
         let advance = if threads == 1 {
             self.run_to(end, false, watch)
         } else {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-            let spawned = pool
-                .build_scoped(|thread| thread.run(), |pool| pool.install(|| self.run_to(end, true, watch)));
-            // Without threads of our own (a sandbox, a limit on processes) the work is done on the caller's.
-            match spawned {
+            match in_pool(threads, || self.run_to(end, true, watch)) {
                 Ok(advance) => advance,
+                // Without threads of our own (a sandbox, a limit on processes) the work is done on the caller's.
                 Err(_) => self.run_to(end, false, watch),
             }
         }?;
@@ -434,6 +431,27 @@ impl Session {
         solver.restore(&saved.bulk, &saved.progress)?;
         Ok(Session { course: saved.course, solver })
     }
+}
+
+/// Runs `work` in a pool of threads that have ended when this returns.
+///
+/// rayon's own `build_scoped` only waits until its threads have no more work; on their way out they still run code of this
+/// library, which the importer may unload.
+fn in_pool<T: Send>(
+    threads: usize,
+    work: impl FnOnce() -> T + Send,
+) -> Result<T, rayon::ThreadPoolBuildError> {
+    std::thread::scope(|scope| {
+        let mut handles = Vec::new();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).spawn_handler(|thread| {
+            handles.push(std::thread::Builder::new().spawn_scoped(scope, || thread.run())?);
+            Ok(())
+        });
+        let result = pool.build().map(|pool| pool.install(work));
+        // A thread's own panic has been passed on by `install`.
+        handles.into_iter().for_each(|handle| drop(handle.join()));
+        result
+    })
 }
 
 impl Course {

@@ -256,7 +256,12 @@ fn transverse<R: Real, D: Dimension>(scratch: &Scratch<R>, pencil: usize, lane: 
 
 /// Index, within a run of nodes, of the first of the three nodes that a point touches on one of its pencils.
 #[inline(always)]
-pub fn first_node<D: Dimension>(layout: &Layout, first: usize, node: &D::Vector<i32>, pencil: usize) -> usize {
+pub fn first_node<D: Dimension>(
+    layout: &Layout,
+    first: usize,
+    node: &D::Vector<i32>,
+    pencil: usize,
+) -> usize {
     let touched = if D::AXES == 2 {
         node[0] + pencil as i32 - 1
     } else {

@@ -2,7 +2,9 @@
 
 mod common;
 
-use common::{Lattice, NO_DRIVE, Random, SteelBlock, SteelState, distant_tool, elastic, kinetic, points, total};
+use common::{
+    Lattice, NO_DRIVE, Random, SteelBlock, SteelState, distant_tool, elastic, kinetic, points, total,
+};
 use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use swarf::grid::FixedNodes;
 use swarf::scene::Constants;
@@ -10,7 +12,11 @@ use swarf::shape::{Gimp, Linear, ShapeFunction};
 use swarf::simulation::{PointView, Solver};
 
 /// A free block that is strained, stressed, turning, and shaken at random.
-fn shaken_block<D: Dimension, F: ShapeFunction<f64>>(constants: &Constants, shape: F, seed: u64) -> SteelBlock<D, F> {
+fn shaken_block<D: Dimension, F: ShapeFunction<f64>>(
+    constants: &Constants,
+    shape: F,
+    seed: u64,
+) -> SteelBlock<D, F> {
     let (domain, cells) = if D::AXES == 2 { ([60, 50, 1], [18, 14, 1]) } else { ([30, 30, 30], [8, 7, 6]) };
     let lattice = Lattice {
         domain,
@@ -48,7 +54,8 @@ fn momentum_drift<D: Dimension, F: ShapeFunction<f64>>(shape: F, substeps: usize
     for seed in 0..3 {
         let mut block = shaken_block::<D, F>(&common::steel_4340(), shape, seed);
         let start = points(&block);
-        let (before, scale) = (momentum(&start), total(&start, |p| p.mass * kinetic(p).sqrt() / (0.5 * p.mass).sqrt()));
+        let (before, scale) =
+            (momentum(&start), total(&start, |p| p.mass * kinetic(p).sqrt() / (0.5 * p.mass).sqrt()));
         for k in 0..substeps {
             block.step(&NO_DRIVE, false).expect("a stable step");
             if k % 10 == 0 {
@@ -137,7 +144,8 @@ fn the_ledger_of_a_free_block_closes() {
 
 /// Weights sum to one and slopes to zero: a translation strains nothing and slows nothing, in whatever cells it is.
 fn fly<D: Dimension, F: ShapeFunction<f64>>(shape: F) -> (f64, f64, f64) {
-    let velocity: [f64; 3] = std::array::from_fn(|axis| if axis < D::AXES { [400.0, 170.0, -90.0][axis] } else { 0.0 });
+    let velocity: [f64; 3] =
+        std::array::from_fn(|axis| if axis < D::AXES { [400.0, 170.0, -90.0][axis] } else { 0.0 });
     let lattice = Lattice {
         domain: [60, 40, if D::AXES == 2 { 1 } else { 40 }],
         corner: [5, 5, if D::AXES == 2 { 0 } else { 25 }],

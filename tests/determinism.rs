@@ -50,11 +50,25 @@ fn state_bits(session: &Session) -> Vec<u64> {
     }
     numbers.extend(f.tool_outline.iter().flatten());
     // Means and extremes over a communication step differ by what they are means of.
-    let Outputs { tool_work, kinetic_energy, elastic_energy, plastic_work, friction_work, damping, .. } = *session.outputs();
+    let Outputs { tool_work, kinetic_energy, elastic_energy, plastic_work, friction_work, damping, .. } =
+        *session.outputs();
     numbers.extend([tool_work, kinetic_energy, elastic_energy, plastic_work, friction_work, damping]);
     let o = session.outputs();
-    numbers.extend([o.contact_loss, o.thermal_energy, o.balance_error, o.time_step, o.min_jacobian, o.cut_length]);
-    numbers.extend([o.chip_temperature, o.peak_strain, o.peak_strain_p999, o.tool_position_x, o.tool_position_y]);
+    numbers.extend([
+        o.contact_loss,
+        o.thermal_energy,
+        o.balance_error,
+        o.time_step,
+        o.min_jacobian,
+        o.cut_length,
+    ]);
+    numbers.extend([
+        o.chip_temperature,
+        o.peak_strain,
+        o.peak_strain_p999,
+        o.tool_position_x,
+        o.tool_position_y,
+    ]);
     assert!(numbers.iter().all(|x| x.is_finite()), "a number is not finite");
     numbers.iter().map(|x| x.to_bits()).collect()
 }
@@ -71,7 +85,11 @@ fn assert_same(a: &[u64], b: &[u64], what: &str) {
 fn communication_steps_do_not_change_the_state() {
     let whole = state_bits(&run(session(&scene()), 7.3e-6));
     for step in [1e-6, 1e-7] {
-        assert_same(&whole, &state_bits(&run(session(&scene()), step)), &format!("communication steps of {step} s"));
+        assert_same(
+            &whole,
+            &state_bits(&run(session(&scene()), step)),
+            &format!("communication steps of {step} s"),
+        );
     }
 }
 
@@ -99,7 +117,12 @@ fn mean_forces_add_up_to_the_same_impulse() {
     assert!(whole[0] > 1e-3, "the tool hardly cut: {whole:?}");
     for k in 0..3 {
         let difference = (whole[k] - parts[k]).abs() / whole[0].abs();
-        assert!(difference < 1e-11, "entry {k} of impulse and work: {} in one step, {} in 73", whole[k], parts[k]);
+        assert!(
+            difference < 1e-11,
+            "entry {k} of impulse and work: {} in one step, {} in 73",
+            whole[k],
+            parts[k]
+        );
     }
 }
 
@@ -117,7 +140,11 @@ fn steps_shorter_than_a_substep_change_nothing() {
         let outputs = small.outputs();
         idle += usize::from(outputs.substeps == 0);
         assert!(outputs.substeps <= 1, "{} substeps of {substep} s in a step of {step} s", outputs.substeps);
-        assert!(outputs.cutting_force.is_finite() && outputs.cutting_force >= 0.0, "force {}", outputs.cutting_force);
+        assert!(
+            outputs.cutting_force.is_finite() && outputs.cutting_force >= 0.0,
+            "force {}",
+            outputs.cutting_force
+        );
         assert!((small.time() - (1e-6 + f64::from(k) * step)).abs() < 1e-20, "time {}", small.time());
     }
     assert!((58..=62).contains(&idle), "{idle} of 70 steps of a seventh of a substep ran no substep");
@@ -133,12 +160,20 @@ fn threads_do_not_change_the_state() {
     let mut two = scene();
     two.numerics.threads = 2;
     let two = run(session(&two), 7.3e-6);
-    assert!(two.outputs().active_points >= 10_000, "too few points for two threads: {}", two.outputs().active_points);
+    assert!(
+        two.outputs().active_points >= 10_000,
+        "too few points for two threads: {}",
+        two.outputs().active_points
+    );
     let two = two.save();
     // The saved scenes differ in `numerics.threads` alone.
     let differing = one.iter().zip(&two).filter(|(a, b)| a != b).count();
     assert_eq!(one.len(), two.len());
-    assert!(differing <= 5, "{differing} of {} bytes differ: more than the number of threads and the checksum", one.len());
+    assert!(
+        differing <= 5,
+        "{differing} of {} bytes differ: more than the number of threads and the checksum",
+        one.len()
+    );
 }
 
 /// Instances share nothing.
@@ -204,8 +239,11 @@ fn a_new_process_goes_on_bit_identically() {
 #[test]
 #[ignore = "the part of a_new_process_goes_on_bit_identically that runs in the new process"]
 fn continues_a_saved_state_in_another_process() {
-    let file = PathBuf::from(std::env::var_os(STATE_VARIABLE).expect("run by a_new_process_goes_on_bit_identically only"));
-    let mut session = Session::restore(&std::fs::read(&file).expect("the parent's bytes")).expect("a good state");
+    let file = PathBuf::from(
+        std::env::var_os(STATE_VARIABLE).expect("run by a_new_process_goes_on_bit_identically only"),
+    );
+    let mut session =
+        Session::restore(&std::fs::read(&file).expect("the parent's bytes")).expect("a good state");
     advance(&mut session, END);
     std::fs::write(file.with_extension("continued"), session.save()).expect("a writable folder");
 }
@@ -216,7 +254,12 @@ fn damaged_states_are_refused() {
     let saved = session(&scene()).save();
     let mut changed = saved.clone();
     changed[saved.len() / 2] ^= 1;
-    for (bytes, name) in [(&saved[..saved.len() - 1], "truncated"), (&changed, "changed"), (&saved[..7], "short"), (&[], "empty")] {
+    for (bytes, name) in [
+        (&saved[..saved.len() - 1], "truncated"),
+        (&changed, "changed"),
+        (&saved[..7], "short"),
+        (&[], "empty"),
+    ] {
         let error = Session::restore(bytes).map(|_| ()).expect_err(name).to_string();
         assert!(error.contains("state"), "{name}: {error}");
     }

@@ -45,7 +45,8 @@ fn cut<D: Dimension>() -> SteelBlock<D, Gimp<f64>> {
     let shape = ToolShape::new(10_f64.to_radians(), 0.0873, 0.0, 5e-4, 1e-3).expect("a plain wedge");
     // The tip 1 µm before the right side, 3.5 cells below the top; the rake face leans away.
     let (width, height) = (f64::from(CELLS[0]) * CELL, f64::from(CELLS[1]) * CELL);
-    let tool = RigidTool { shape, position: [width + 1e-6, height - 3.5 * CELL], velocity: [0.0; 2], friction: 0.2 };
+    let tool =
+        RigidTool { shape, position: [width + 1e-6, height - 3.5 * CELL], velocity: [0.0; 2], friction: 0.2 };
     lattice.build(&common::steel_4340(), Gimp::new(2), tool, |_, _: &mut SteelState<D>, _| [0.0; 3])
 }
 
@@ -78,7 +79,10 @@ fn a_cut_with_held_faces_is_the_plane_strain_cut() {
     ];
     for (name, flat, deep) in pairs {
         println!("{name}: {flat:.8e} per m in the plane, {:+.1e} of it in space", deep / flat - 1.0);
-        assert!(flat != 0.0 && (deep / flat - 1.0).abs() < 1e-6, "{name}: {flat} per m in the plane, {deep} in space");
+        assert!(
+            flat != 0.0 && (deep / flat - 1.0).abs() < 1e-6,
+            "{name}: {flat} per m in the plane, {deep} in space"
+        );
     }
     compare_layers(&points(&plane), &points(&space));
     let yielded = points(&plane).iter().filter(|p| p.report.plastic_strain > 0.5).count();
@@ -93,7 +97,8 @@ fn compare_layers(flat: &[PointView], deep: &[PointView]) {
     for (number, b) in deep.iter().enumerate() {
         let a = &flat[number / layers];
         let z = (0.5 + (number % layers) as f64) * CELL / 2.0;
-        let distance = (0..2).map(|k| (a.position[k] - b.position[k]).abs()).fold((b.position[2] - z).abs(), f64::max);
+        let distance =
+            (0..2).map(|k| (a.position[k] - b.position[k]).abs()).fold((b.position[2] - z).abs(), f64::max);
         let stress = (0..6).map(|k| (a.report.stress[k] - b.report.stress[k]).abs()).fold(0.0, f64::max);
         let differences = [
             distance / CELL,
@@ -106,6 +111,8 @@ fn compare_layers(flat: &[PointView], deep: &[PointView]) {
             *worst = worst.max(difference);
         }
     }
-    println!("largest differences of position (cells), stress (GPa), strain, temperature (of room's), J: {worst:?}");
+    println!(
+        "largest differences of position (cells), stress (GPa), strain, temperature (of room's), J: {worst:?}"
+    );
     assert!(worst.iter().all(|&difference| difference < 1e-4), "layers differ from plane strain: {worst:?}");
 }

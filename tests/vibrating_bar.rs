@@ -74,17 +74,27 @@ fn the_first_period_is_within_two_per_mille() {
         ("linear", 50, period_error(50, Linear)),
         ("linear", 100, period_error(100, Linear)),
     ] {
-        println!("{name}, {cells} cells: period {:+.4} %, amplitude after 5 cycles {amplitude:.4}", 100.0 * error);
+        println!(
+            "{name}, {cells} cells: period {:+.4} %, amplitude after 5 cycles {amplitude:.4}",
+            100.0 * error
+        );
         assert!(error.abs() < 2e-3, "{name}, {cells} cells: period wrong by {error:e}");
         // FLIP keeps the motion: only its filter of short waves takes energy.
-        assert!((0.97..1.01).contains(&amplitude), "{name}, {cells} cells: amplitude {amplitude} after five cycles");
+        assert!(
+            (0.97..1.01).contains(&amplitude),
+            "{name}, {cells} cells: amplitude {amplitude} after five cycles"
+        );
     }
 }
 
 /// The error is that of the scheme: it falls as the cells get smaller.
 #[test]
 fn the_period_converges() {
-    let errors: Vec<f64> = [25, 50, 100].into_iter().map(|cells| period_error(cells, Gimp::new(2)).0.abs()).collect();
+    let errors: Vec<f64> =
+        [25, 50, 100].into_iter().map(|cells| period_error(cells, Gimp::new(2)).0.abs()).collect();
     println!("period errors with 25, 50 and 100 cells: {errors:.5?}");
-    assert!(errors[2] < 0.7 * errors[1] && errors[1] < 0.7 * errors[0], "period errors {errors:?} do not fall");
+    assert!(
+        errors[2] < 0.7 * errors[1] && errors[1] < 0.7 * errors[0],
+        "period errors {errors:?} do not fall"
+    );
 }

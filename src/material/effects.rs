@@ -254,7 +254,11 @@ mod tests {
             let speed = 3.0 * 10_f64.powi(exponent);
             let (factor, slope) = rate.factor(V::splat(speed * dt), dt);
             let exact = 1.0 + 0.014 * (speed / 2.0).max(1.0).ln();
-            assert!((first(factor) - exact).abs() < 1e-14, "factor {} at {speed} 1/s, exact {exact}", first(factor));
+            assert!(
+                (first(factor) - exact).abs() < 1e-14,
+                "factor {} at {speed} 1/s, exact {exact}",
+                first(factor)
+            );
             let exact = if speed > 2.0 { 0.014 / (speed * dt) } else { 0.0 };
             assert!((first(slope) - exact).abs() <= 1e-14 * exact, "slope {} at {speed} 1/s", first(slope));
         }
@@ -271,7 +275,11 @@ mod tests {
                 effect.place(&mut state, lane, temperature);
             }
             let (kernel, _) = effect.factor(&state, 0, V::constant(0.0));
-            assert_eq!((first(kernel), softening.factor(temperature)), (factor, factor), "at {temperature} K");
+            assert_eq!(
+                (first(kernel), softening.factor(temperature)),
+                (factor, factor),
+                "at {temperature} K"
+            );
         }
     }
 
@@ -286,7 +294,10 @@ mod tests {
             let difference = (at(0.01) - at(-0.01)) / 0.02;
             let slope = first(effect.factor(&state, 0, V::constant(0.0)).1);
             // Third derivative times step², at most 1e-6 of the slope this close to the reference temperature.
-            assert!((slope - difference).abs() < 1e-5 * slope.abs(), "{slope} and {difference} 1/K at {temperature} K");
+            assert!(
+                (slope - difference).abs() < 1e-5 * slope.abs(),
+                "{slope} and {difference} 1/K at {temperature} K"
+            );
         }
     }
 

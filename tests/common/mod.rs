@@ -14,7 +14,7 @@ use swarf::points::{BLOCK, Block};
 use swarf::scene::{Constants, Scene};
 use swarf::shape::ShapeFunction;
 use swarf::simd::{InstructionSet, Kernel, Simd, Vector, dispatch};
-use swarf::simulation::{Options, Drive, PointView, Simulation, Solver};
+use swarf::simulation::{Drive, Options, PointView, Simulation, Solver};
 use swarf::tool_shape::ToolShape;
 
 /// The full Johnson–Cook model with rate and adiabatic heat.
@@ -179,11 +179,7 @@ impl Lattice {
             (shape, model, SurfaceContact),
             tool,
             // Exact solutions are compared without the locking control's averaging.
-            Options {
-                courant: self.courant,
-                instructions: InstructionSet::detect(),
-                locking_control: false,
-            },
+            Options { courant: self.courant, instructions: InstructionSet::detect(), locking_control: false },
         )
     }
 }
