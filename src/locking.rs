@@ -8,9 +8,11 @@
 //!
 //! J_i = Σ_p w_ip V_p J_p / Σ_p w_ip V_p,  J_p ← J_p + s (Σ_i w_ip J_i − J_p)
 //!
-//! with V the volume at the start and s = `SHARE`. A field that is linear over a cell's neighbours keeps its nodal
-//! forces; what the averaging takes from the elastic energy is returned, for the ledger. Deviations below
-//! `THRESHOLD`, such as elastic waves have, stay untouched.
+//! with V the volume at the start and s = `SHARE`. What the averaging takes from the elastic energy is returned, for the
+//! ledger. Deviations below `THRESHOLD`, such as elastic waves have, stay untouched.
+//!
+//! `SHARE` was chosen so that pressures in the reference cut stay below 10 GPa. At this strength the averaging also
+//! smooths the chip's shear bands away (README, known limits).
 //!
 //! Related: averaging of the volumetric part on the grid, Mast et al. (2012), doi:10.1016/j.jcp.2012.04.032.
 //!
