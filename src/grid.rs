@@ -193,6 +193,14 @@ pub fn set_node<R: Real, D: Dimension>(
     }
 }
 
+/// Adds to the force of a node's record while it holds momentum and force (N).
+pub fn add_force<R: Real, D: Dimension>(record: &mut [Record<R>], force: D::Vector<f64>) {
+    for axis in 0..D::AXES {
+        let component = if D::QUADS == 1 { &mut record[0].0[2 + axis] } else { &mut record[1].0[axis] };
+        *component += R::from_f64(force[axis]);
+    }
+}
+
 /// Momentum and force over mass: eqs. 6, 10 and 15 of Ambati et al. (2011) on every node of a slice.
 ///
 /// * `records`: momentum (kg m/s) and force (N); becomes velocity after the step and its increment (m/s)

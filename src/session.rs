@@ -479,7 +479,7 @@ impl Course {
 }
 
 /// First bytes of a serialised state: format 2.
-const MAGIC: [u8; 8] = *b"swarfst2";
+const MAGIC: [u8; 8] = *b"swarfst3";
 /// Bytes before the body: magic, length, checksum.
 const HEAD: usize = 20;
 

@@ -5,7 +5,7 @@ use crate::contact::{ContactLaw, RigidTool};
 use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::ledger::Ledger;
-use crate::locking::even_out_volume;
+use crate::locking::{self, LockingControl};
 use crate::material::{ConstitutiveModel, PointReport};
 use crate::partition::{Bulk, Partition};
 use crate::shape::ShapeFunction;
@@ -35,6 +35,8 @@ pub struct Progress {
     pub volume_ratio: f64,
     /// Motion since the points were sorted (cells).
     pub travel: f64,
+    /// Motion since the locking control last looked at the points (cells).
+    pub travel_uncontrolled: f64,
     /// Distance the tool has moved while it touched the workpiece (m).
     pub cut_length: f64,
     /// Furthest contact along the rake face in the last substep (m).
@@ -114,7 +116,7 @@ pub struct Options {
     pub courant: f64,
     /// Instruction set of the kernels.
     pub instructions: InstructionSet,
-    /// Whether volume ratios are evened out when points are sorted.
+    /// Whether deviations of volume ratios are limited (`locking`).
     pub locking_control: bool,
 }
 
@@ -133,6 +135,8 @@ pub struct Simulation<R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>, C> {
     pub tool: RigidTool,
     /// Numbers and passes.
     pub options: Options,
+    /// Volumetric locking control, if the scene names it.
+    pub locking_control: Option<LockingControl>,
     /// Nodes lighter than this (kg) stay at rest.
     pub lightest: f64,
     /// Clock, tool and totals.
@@ -162,6 +166,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
             fastest: 0.0,
             volume_ratio: 1.0,
             travel: 0.0,
+            travel_uncontrolled: 0.0,
             cut_length: 0.0,
             contact_reach: 0.0,
             touches: [false; 2],
@@ -170,8 +175,18 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
         // Weight falls with the square of a point's reach into a node's cell and force only with the reach: a node left
         // out at 1e-24 of a point's mass takes 1e-12 of its force out of the balance of momentum.
         let lightest = 1e-24 * lightest;
-        let mut simulation =
-            Simulation { partition, shape, model, contact, tool, options, lightest, progress };
+        let locking_control = options.locking_control.then(LockingControl::default);
+        let mut simulation = Simulation {
+            partition,
+            shape,
+            model,
+            contact,
+            tool,
+            options,
+            locking_control,
+            lightest,
+            progress,
+        };
         let (mut start, mut fastest) = (0.0, 0.0_f64);
         simulation.visit_points(&mut |point| {
             let square: f64 = point.velocity.iter().map(|v| v * v).sum();
@@ -253,6 +268,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
         progress.fastest = travel * self.partition.layout.cell / dt;
         progress.volume_ratio = volume_ratio;
         progress.travel += travel;
+        progress.travel_uncontrolled += travel;
         Ok(())
     }
 
@@ -270,10 +286,18 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
             ledger.retired_heat += volume * report.heat;
         });
         self.progress.travel = 0.0;
-        if self.options.locking_control {
-            self.progress.ledger.damping += even_out_volume(&mut self.partition, &self.shape, &self.model);
-        }
         self.deposit();
+    }
+
+    /// Looks after volumetric locking each time the points have moved by the control's interval.
+    fn control_locking(&mut self) {
+        if let Some(control) = &mut self.locking_control
+            && self.progress.travel_uncontrolled > locking::INTERVAL
+        {
+            self.progress.travel_uncontrolled = 0.0;
+            self.progress.ledger.damping +=
+                control.limit_deviations(&mut self.partition, &self.shape, &self.model);
+        }
     }
 }
 
@@ -297,6 +321,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
         if self.progress.travel > SORT_TRAVEL {
             self.sort();
         }
+        self.control_locking();
         Ok(())
     }
 

@@ -3,9 +3,9 @@
 //! Most cuts run at spacing 2e-5 (7,500 points), in seconds; where that is too coarse for the bounds (the
 //! effect of friction and feed on the force, 1.29 and 1.53 there) three run at the 30,000 points of the reference.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::{Mutex, OnceLock};
-use swarf::fields::Outputs;
+use swarf::fields::{Outputs, PointFields};
 use swarf::scene::{Inputs, Scene};
 use swarf::session::{Advance, Session};
 
@@ -34,6 +34,8 @@ fn advance(session: &mut Session, time: f64) {
 struct Forces {
     cutting: f64,
     thrust: f64,
+    /// Contrast of the chip's shear bands (-), see `band_contrast`.
+    bands: f64,
 }
 
 /// Cuts 1.6 mm and checks at every communication point what must hold in any cut.
@@ -46,7 +48,8 @@ fn cut(scene: &Scene) -> Forces {
         1e3 * scene.inputs.feed
     );
     let mut session = Session::new(scene, 0.0).expect("a good scene");
-    let count = session.point_fields().id.len();
+    let start = session.point_fields();
+    let count = start.id.len();
     let (mut impulse, mut worst_balance, mut worst_pressure, mut smallest) =
         ([0.0; 2], 0.0_f64, 0.0_f64, 1.0_f64);
     let mut outside = 0;
@@ -78,7 +81,32 @@ fn cut(scene: &Scene) -> Forces {
         o.peak_strain_p999
     );
     assert_eq!(o.chip_state, 3, "{name}: the tool is not cutting");
-    Forces { cutting, thrust }
+    let bands = band_contrast(scene, &start, &session.point_fields());
+    println!("{name}: contrast of the shear bands {bands:.3}");
+    Forces { cutting, thrust, bands }
+}
+
+/// Contrast of the chip's shear bands: rms of the plastic strain along a fibre of the chip, less its moving mean over
+/// 0.24 mm, over its mean (-).
+///
+/// The fibre stood 0.10 to 0.14 mm above the cutting plane and 0.3 to 1.25 mm from the right side before the cut.
+fn band_contrast(scene: &Scene, start: &PointFields, end: &PointFields) -> f64 {
+    let spacing = scene.numerics.point_spacing;
+    let plane = scene.workpiece.height - scene.inputs.feed;
+    let mut bins: BTreeMap<i64, (f64, f64)> = BTreeMap::new();
+    for (position, strain) in start.position.iter().zip(&end.plastic_strain) {
+        let (along, above) = (scene.workpiece.length - position[0], position[1] - plane);
+        if (1.0e-4..1.4e-4).contains(&above) && (3e-4..12.5e-4).contains(&along) {
+            let bin = bins.entry((along / spacing) as i64).or_default();
+            *bin = (bin.0 + strain, bin.1 + 1.0);
+        }
+    }
+    let strain: Vec<f64> = bins.values().map(|(sum, count)| sum / count).collect();
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
+    let window = 2 * (1.2e-4 / spacing) as usize + 1;
+    let squares: Vec<f64> =
+        strain.windows(window).map(|part| (part[window / 2] - mean(part)).powi(2)).collect();
+    mean(&squares).sqrt() / mean(&strain)
 }
 
 /// What holds at every communication point, by the acceptance.
@@ -127,9 +155,8 @@ fn check_points(session: &Session, k: i32, name: &str) -> (usize, f64) {
     assert!(outside <= allowed, "{name}, {k} µs: {outside} volume ratios outside 0.7–1.3, {allowed} allowed");
     let pressures = f.stress.iter().map(|s| ((s[0] + s[1] + s[2]) / 3.0).abs());
     let pressure = pressures.fold(0.0, f64::max);
-    // 10 GPa is the acceptance at 30,000 points; at 7,500 the first touch by a raked tool reached 11.4 GPa.
-    let bound = if f.jacobian.len() >= 30_000 { 10e9 } else { 15e9 };
-    assert!(pressure < bound, "{name}, {k} µs: a pressure of {pressure} Pa");
+    // 10 GPa is the acceptance.
+    assert!(pressure < 10e9, "{name}, {k} µs: a pressure of {pressure} Pa");
     let finite = |x: &[f64; 3]| x.iter().all(|x| x.is_finite());
     assert!(f.position.iter().all(finite) && f.velocity.iter().all(finite), "{name}, {k} µs: not a number");
     assert!(
@@ -176,7 +203,7 @@ fn shear_plane(friction: f64, rake_degrees: f64, feed: f64) -> f64 {
 }
 
 /// The shear plane of least work leaves out what bends the chip, accelerates it and makes bands, so it lies below a cut.
-/// How far depends on the spacing: 1.16 to 1.20 of it were seen at 30,000 points (README), 1.36 and 1.45 at 7,500, where a
+/// How far depends on the spacing: 1.15 to 1.20 of it were seen at 30,000 points (README), 1.28 to 1.38 at 7,500, where a
 /// shear band is as wide as the cells.
 #[test]
 fn cutting_force_lies_above_the_shear_plane_of_least_work() {
@@ -189,7 +216,7 @@ fn cutting_force_lies_above_the_shear_plane_of_least_work() {
         );
         let share = force / plane;
         assert!(
-            (1.05..1.6).contains(&share),
+            (1.05..1.5).contains(&share),
             "friction {friction}, rake {rake}: {force} N/mm, shear plane {plane}"
         );
     }
@@ -212,7 +239,7 @@ fn cutting_force_lies_above_the_shear_plane_of_least_work() {
 #[test]
 fn the_force_is_inclined_by_friction_angle_less_rake() {
     for (friction, rake) in [(0.0_f64, 0.0_f64), (0.0, 10.0), (0.2, 0.0), (0.2, 10.0)] {
-        let Forces { cutting, thrust } = forces(COARSE, friction, rake, 3e-4);
+        let Forces { cutting, thrust, .. } = forces(COARSE, friction, rake, 3e-4);
         let (ratio, exact) = (thrust / cutting, (friction.atan() - rake.to_radians()).tan());
         println!("friction {friction}, rake {rake}: thrust over cutting {ratio:.4}, exact {exact:.4}");
         assert!((ratio - exact).abs() < 0.04, "friction {friction}, rake {rake}: {ratio} instead of {exact}");
@@ -240,8 +267,16 @@ fn cutting_force_grows_with_the_feed() {
 /// The reference at its own 30,000 points: 470 to 540 N/mm is the acceptance.
 #[test]
 fn the_reference_cut_takes_470_to_540_newtons_per_millimetre() {
-    let Forces { cutting, thrust } = forces(REFERENCE, 0.0, 0.0, 3e-4);
+    let Forces { cutting, thrust, .. } = forces(REFERENCE, 0.0, 0.0, 3e-4);
     assert!((470.0..540.0).contains(&cutting), "cutting force {cutting} N/mm, thrust {thrust}");
+}
+
+/// Friction brings adiabatic shear bands into the reference chip: plastic strain rises and falls along it by a tenth. A
+/// scheme that dissipates too much smooths them away: a locking control that evened out every difference left 0.03.
+#[test]
+fn the_reference_chip_has_shear_bands() {
+    let bands = forces(REFERENCE, 0.2, 0.0, 3e-4).bands;
+    assert!(bands > 0.06, "contrast of the shear bands {bands}");
 }
 
 /// A session in the middle of a cut, at 10 µs.

@@ -70,7 +70,10 @@ impl Instance<'_> {
         let references = [variable.reference];
         let outcome = match &variable.kind {
             Type::Real(unit) => {
-                let number: f64 = value.parse().map_err(|_| wrong(&format!("a number in {unit}")))?;
+                // Units as people write them ("10 deg") are known to the library; FMI knows SI alone.
+                let known = swarf::variables::real_from_text(name, value).map_err(|e| e.to_string())?;
+                let number = known.or_else(|| value.parse().ok());
+                let number = number.ok_or_else(|| wrong(&format!("a number in {unit}")))?;
                 self.raw.set_real(&references, &[number])
             }
             Type::Integer => {

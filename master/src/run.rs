@@ -96,7 +96,8 @@ fn start_velocity(options: &Options, fmu: &Fmu) -> Result<f64, String> {
     let set = options.set.iter().rfind(|pair| pair.0 == "tool_velocity").map(|pair| pair.1.clone());
     let text =
         set.or_else(|| fmu.description.variable("tool_velocity").ok()?.start.clone()).unwrap_or_default();
-    text.parse().map_err(|_| format!("tool_velocity = '{text}': a number in m/s is needed"))
+    let number = swarf::variables::real_from_text("tool_velocity", &text).map_err(|e| e.to_string())?;
+    number.ok_or_else(|| format!("tool_velocity = '{text}': a number in m/s is needed"))
 }
 
 /// Steps to the end; a line of the history at every communication point.

@@ -122,6 +122,10 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>> ConstitutiveM
         ((bulk + 4.0 / 3.0 * self.shear_modulus.to_f64()) / self.density).sqrt()
     }
 
+    fn yield_volume_strain(&self) -> f64 {
+        (self.yield_stress / self.bulk_modulus).to_f64()
+    }
+
     fn place(&self, state: &mut Self::State, lane: usize, temperature: f64) {
         state.jacobian[lane] = R::ONE;
         state.plastic_strain[lane] = R::ZERO;

@@ -56,6 +56,11 @@ pub trait ConstitutiveModel<R: Real, D: Dimension>: Clone + Send + Sync + 'stati
     /// Speed of the fastest wave (m/s) when no point's volume ratio exceeds `volume_ratio` (-).
     fn sound_speed(&self, volume_ratio: f64) -> f64;
 
+    /// Volume strain (-) whose pressure equals the yield stress at the start; infinite for a material that never yields.
+    fn yield_volume_strain(&self) -> f64 {
+        f64::INFINITY
+    }
+
     /// Puts an unstressed point of a temperature (K) at `lane`.
     fn place(&self, state: &mut Self::State, lane: usize, temperature: f64);
 

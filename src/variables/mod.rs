@@ -18,7 +18,7 @@ use enumerations::Enumeration;
 use units::Unit;
 
 pub use outputs::{outputs_at_start, start_dependencies};
-pub use text::{format_real, markdown_table, nearest_name, set_by_name, values_in_use};
+pub use text::{format_real, markdown_table, nearest_name, real_from_text, set_by_name, values_in_use};
 
 /// One variable.
 #[derive(Debug)]

@@ -24,8 +24,7 @@ pub fn set_by_name(scene: &mut Scene, name: &str, text: &str) -> Result<(), Erro
     }
     match &variable.kind {
         Kind::Real(real) => {
-            let value =
-                parse_quantity(real, text).ok_or_else(|| malformed(name, text, &number_hint(real)))?;
+            let value = quantity(name, real, text)?;
             real.check(name, value)?;
             real.access.set_start(scene, value);
         }
@@ -56,6 +55,23 @@ pub fn set_by_name(scene: &mut Scene, name: &str, text: &str) -> Result<(), Erro
         }
     }
     Ok(())
+}
+
+/// The value of a Real in its SI unit, from text as a user types it: `0.17`, `10 deg`; `None` for a variable that is
+/// unknown or no Real.
+///
+/// # Errors
+/// A text that is no number, or a unit that does not fit.
+pub fn real_from_text(name: &str, text: &str) -> Result<Option<f64>, Error> {
+    match by_name(name).map(|variable| &variable.kind) {
+        Some(Kind::Real(real)) => quantity(name, real, text).map(Some),
+        _ => Ok(None),
+    }
+}
+
+/// A number with or without one of the variable's units, in SI.
+fn quantity(name: &str, real: &Real, text: &str) -> Result<f64, Error> {
+    parse_quantity(real, text).ok_or_else(|| malformed(name, text, &number_hint(real)))
 }
 
 /// All parameters and inputs in use: name, value and unit (empty where there is none).

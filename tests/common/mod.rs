@@ -178,7 +178,7 @@ impl Lattice {
             partition,
             (shape, model, SurfaceContact),
             tool,
-            // Exact solutions are compared without the locking control's averaging.
+            // Exact solutions are compared without the locking control (tests/locking.rs).
             Options { courant: self.courant, instructions: InstructionSet::detect(), locking_control: false },
         )
     }

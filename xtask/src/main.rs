@@ -21,7 +21,7 @@ cargo xtask COMMAND
   cut [--paper | --quick] [--set NAME=VALUE]... [--stop S] [--step S] [--out DIR]
             package swarf.fmu and run a cut through it: tables, plots and pictures in target/cut
             --paper   120,000 points, as the paper          --quick   about 1,900 points, a first look
-            --set     any parameter or input of the FMU, e.g. --set friction=0 --set feed=5e-4
+            --set     any parameter or input of the FMU, e.g. --set friction=0 --set feed=0.5mm --set tool.rake_angle=10deg
             --stop    end (s); otherwise 2 mm of travel     --step    communication step (s)
   test      formatting, clippy, unit, integration and FMU tests, pytest with FMPy
   package [--portable] [--with OTHER.fmu]...
