@@ -82,6 +82,8 @@ impl Log for Messages {
             line
         };
         match self.bar.lock().ok().and_then(|bar| bar.clone()) {
+            // The bar tells how far the run has come; the file has the solver's own account of it.
+            Some(_) if record.level() > Level::Warn => {}
             Some(bar) => bar.suspend(|| eprintln!("{line}")),
             None => eprintln!("{line}"),
         }
