@@ -20,8 +20,6 @@ pub struct Survey {
     pub elastic: f64,
     /// Heat stored since the start (J).
     pub heat: f64,
-    /// Number of points.
-    pub points: usize,
     /// Smallest volume ratio det F (-).
     pub min_jacobian: f64,
     /// Highest temperature (K).
@@ -51,7 +49,6 @@ impl Survey {
         self.kinetic += 0.5 * point.mass * square;
         self.elastic += point.volume * report.elastic_energy;
         self.heat += point.volume * report.heat;
-        self.points += 1;
         self.min_jacobian = self.min_jacobian.min(report.jacobian);
         self.peak_temperature = self.peak_temperature.max(report.temperature);
         self.peak_strain = self.peak_strain.max(report.plastic_strain);

@@ -41,6 +41,11 @@ pub struct Outputs {
     pub tool_position_y: f64,
     /// 1 approaching, 2 entering, 3 cutting, 4 left.
     pub chip_state: i32,
+    pub mass_factor: f64,
+    /// Part of the kinetic energy that is due to scaled mass (J).
+    pub surplus_kinetic_energy: f64,
+    /// Kinetic energy brought in by changes of the mass factor (J).
+    pub mass_scaling_energy: f64,
 }
 
 /// The points' fields at the solver's clock, for pictures and files; one entry per point, in the order of `id`.
@@ -112,4 +117,7 @@ pub const COLUMNS: &[Column] = &[
     Column { name: "tool_position_x", unit: "m", value: |o| o.tool_position_x },
     Column { name: "tool_position_y", unit: "m", value: |o| o.tool_position_y },
     Column { name: "chip.state", unit: "1", value: |o| f64::from(o.chip_state) },
+    Column { name: "numerics.mass_factor", unit: "1", value: |o| o.mass_factor },
+    Column { name: "energy.surplus_kinetic", unit: "J", value: |o| o.surplus_kinetic_energy },
+    Column { name: "energy.mass_scaling", unit: "J", value: |o| o.mass_scaling_energy },
 ];

@@ -1,6 +1,6 @@
 //! The energy ledger: where the tool's work went.
 //!
-//! tool work = kinetic + elastic + plastic + friction + damping + contact + retired
+//! tool work + mass scaling = kinetic + elastic + plastic + friction + damping + contact + retired
 //!
 //! Each term is computed from what it names and none as a remainder, so the balance is a test of the solver:
 //!
@@ -15,6 +15,7 @@
 //!   damping = Σ_nodes m |Δv|² − ½ Σ_points m |Δv|² − ½ Σ V₀ Δτ : h − contact. Half of the first term is FLIP's
 //!   filter (at least 0 by Jensen's inequality); the rest oscillates about zero in elastic waves, and is lost
 //!   where a node has so little mass that its points do not take over its velocity;
+//! * mass scaling: kinetic energy that changes of the mass factor bring in, at constant velocity;
 //! * retired: kinetic and elastic energy of points that left the domain.
 
 use crate::chunk::ChunkSums;
@@ -43,6 +44,8 @@ pub struct Ledger {
     pub retired_energy: f64,
     /// Heat stored in them (J).
     pub retired_heat: f64,
+    /// Kinetic energy brought in by changes of the mass factor (J).
+    pub mass_scaling: f64,
     /// Kinetic energy at the start (J).
     pub initial_energy: f64,
 }
@@ -64,7 +67,7 @@ impl Ledger {
 
     /// Unaccounted energy (J), given the present kinetic and elastic energy (J).
     pub fn imbalance(&self, kinetic: f64, elastic: f64) -> f64 {
-        self.tool_work + self.initial_energy
+        self.tool_work + self.mass_scaling + self.initial_energy
             - kinetic
             - elastic
             - self.plastic_work

@@ -16,7 +16,10 @@ pub mod transfer;
 pub mod chunk;
 pub mod ledger;
 pub mod partition;
+pub mod inertia;
+pub mod window;
 pub mod locking;
+pub mod levels;
 pub mod simulation;
 pub mod composition;
 pub mod chip;
@@ -25,6 +28,7 @@ pub mod vtk;
 pub mod results;
 #[cfg(feature = "plot")]
 pub mod plot;
+pub mod parallel;
 pub mod session;
 pub mod variables;
 pub mod fmi;

@@ -89,6 +89,8 @@ pub struct Partition<R: Real, D: Dimension, S> {
     pub outgoing: Vec<NodeRun<R>>,
     /// Fixed nodes.
     pub fixed: Vec<FixedNodes>,
+    /// Points outside the active window: in no chunk, and no substep moves them.
+    pub frozen: Vec<Block<R, D, S>>,
     /// Lowest and highest pencil of each chunk's points when they were sorted; (1, 0) for a chunk without points.
     ends: Vec<(usize, usize)>,
 }
@@ -106,17 +108,27 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             incoming: vec![NodeRun::default(); count],
             outgoing: vec![NodeRun::default(); count],
             fixed,
+            frozen: Vec::new(),
             ends: vec![(1, 0); count],
         };
         partition.sort(|_, _| {});
         partition
     }
 
-    /// Every point, in memory order, with its block and lane.
+    /// Every point that substeps move, in memory order, with its block and lane.
     pub fn points(&self) -> impl Iterator<Item = (&Block<R, D, S>, usize)> {
         let blocks = self.chunks.iter().flat_map(|chunk| chunk.blocks.iter());
         blocks
             .flat_map(|block| (0..BLOCK).filter(|&lane| block.is_point(lane)).map(move |lane| (block, lane)))
+    }
+
+    /// Every point, those outside the active window last.
+    pub fn all_points(&self) -> impl Iterator<Item = (&Block<R, D, S>, usize)> {
+        let frozen = self
+            .frozen
+            .iter()
+            .flat_map(|block| (0..BLOCK).filter(|&lane| block.is_point(lane)).map(move |lane| (block, lane)));
+        self.points().chain(frozen)
     }
 
     /// Sorts the points and arranges the grid around them. A point that stands at the domain's rim leaves it: it is
@@ -204,11 +216,12 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
     /// Everything that changes, as numbers: points in order, the layout, then the deposits that the next substep reads.
     pub fn bulk(&self) -> Bulk {
         let count: usize = self.chunks.iter().map(|chunk| chunk.blocks.len()).sum();
+        let all = count + self.frozen.len();
         let deposits: usize = self.incoming.iter().map(|run| size_of_val(run.records.as_slice())).sum();
         // Deposits of single precision take twice their size; the rest is exact enough to spare most reallocations.
-        let mut bulk = Bulk(Vec::with_capacity(count * Self::bytes_per_block() + 2 * deposits + (1 << 16)));
-        bulk.put_counts([count]);
-        for block in self.chunks.iter().flat_map(|chunk| &chunk.blocks) {
+        let mut bulk = Bulk(Vec::with_capacity(all * Self::bytes_per_block() + 2 * deposits + (1 << 16)));
+        bulk.put_counts([count, self.frozen.len()]);
+        for block in self.chunks.iter().flat_map(|chunk| &chunk.blocks).chain(&self.frozen) {
             for k in 0..Block::<R, D, S>::columns() {
                 bulk.put_reals(block.column(k));
             }
@@ -239,12 +252,13 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
     pub fn restore(&mut self, bulk: &Bulk) -> Result<(), Error> {
         let damaged = BulkReader::damaged;
         let mut reader = BulkReader(&bulk.0);
-        let count = reader.count()?;
+        let (count, frozen) = (reader.count()?, reader.count()?);
         // Checked before memory is asked for.
-        if count > reader.0.len() / Self::bytes_per_block() {
+        let most = reader.0.len() / Self::bytes_per_block();
+        if count > most || frozen > most - count {
             return Err(damaged());
         }
-        let mut blocks = vec![Block::<R, D, S>::empty(); count];
+        let mut blocks = vec![Block::<R, D, S>::empty(); count + frozen];
         for block in &mut blocks {
             for k in 0..Block::<R, D, S>::columns() {
                 for value in block.column_mut(k) {
@@ -280,6 +294,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             return Err(damaged());
         }
         self.layout.restore_offsets();
+        self.frozen = blocks.split_off(count);
         self.share_out(blocks);
         self.arrange_chunks();
         for run in &mut self.incoming {

@@ -270,6 +270,8 @@ pub struct Numerics {
     pub mass_scaling: f64,
     /// Share of the cutting force that automatic mass scaling may change (-).
     pub inertia_error: f64,
+    /// Reach of the active window ahead of the tool in feeds (-); 0 for no window.
+    pub active_window: f64,
     /// A point on the front of accuracy against cost.
     pub accuracy: Accuracy,
     /// Threads; 0 for all that pay.
@@ -391,6 +393,7 @@ impl Default for Scene {
                 speed: Speed::Exact,
                 mass_scaling: 1.0,
                 inertia_error: 0.005,
+                active_window: 0.0,
                 accuracy: Accuracy::Custom,
                 threads: 0,
                 wall_time_limit: 0.0,

@@ -9,6 +9,7 @@ use crate::chip::{Survey, shear_angle};
 use crate::composition;
 use crate::error::Error;
 pub use crate::fields::{Outputs, PointFields};
+use crate::parallel::in_pool;
 use crate::partition::Bulk;
 use crate::results::ResultsWriter;
 use crate::scene::{Inputs, Scene};
@@ -248,6 +249,7 @@ impl Session {
     fn substep(&mut self, parallel: bool) -> Result<(), Error> {
         let course = &mut self.course;
         let before = Totals::of(self.solver.progress());
+        self.solver.scale_mass(course.speed(self.solver.as_ref()).abs());
         let drive = course.drive(self.solver.as_ref());
         self.solver.step(&drive, parallel)?;
         let after = Totals::of(self.solver.progress());
@@ -326,7 +328,10 @@ impl Session {
         let imbalance = ledger.imbalance(survey.kinetic, survey.elastic);
         outputs.balance_error = if scale > 0.0 { imbalance / scale } else { 0.0 };
         outputs.time_step = progress.last_step;
-        outputs.active_points = i32::try_from(survey.points).unwrap_or(i32::MAX);
+        outputs.mass_factor = progress.mass_factor;
+        outputs.surplus_kinetic_energy = survey.kinetic * (1.0 - 1.0 / progress.mass_factor);
+        outputs.mass_scaling_energy = ledger.mass_scaling;
+        outputs.active_points = i32::try_from(self.solver.points()).unwrap_or(i32::MAX);
         outputs.retired_points = i32::try_from(ledger.retired_points).unwrap_or(i32::MAX);
         outputs.min_jacobian = survey.min_jacobian;
         [outputs.tool_position_x, outputs.tool_position_y] = tool.position;
@@ -433,28 +438,13 @@ impl Session {
     }
 }
 
-/// Runs `work` in a pool of threads that have ended when this returns.
-///
-/// rayon's own `build_scoped` only waits until its threads have no more work; on their way out they still run code of this
-/// library, which the importer may unload.
-fn in_pool<T: Send>(
-    threads: usize,
-    work: impl FnOnce() -> T + Send,
-) -> Result<T, rayon::ThreadPoolBuildError> {
-    std::thread::scope(|scope| {
-        let mut handles = Vec::new();
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).spawn_handler(|thread| {
-            handles.push(std::thread::Builder::new().spawn_scoped(scope, || thread.run())?);
-            Ok(())
-        });
-        let result = pool.build().map(|pool| pool.install(work));
-        // A thread's own panic has been passed on by `install`.
-        handles.into_iter().for_each(|handle| drop(handle.join()));
-        result
-    })
-}
-
 impl Course {
+    /// Cutting speed (m/s) in the substep that starts now.
+    fn speed(&self, solver: &dyn Solver) -> f64 {
+        let since = solver.progress().clock - self.inputs_time;
+        self.inputs.tool_velocity + self.slopes.tool_velocity * since
+    }
+
     /// The tool's motion in the substep that starts now.
     ///
     /// Vertically the tool follows the slope of the feed exactly, and makes up a jump no faster than
@@ -462,7 +452,7 @@ impl Course {
     fn drive(&self, solver: &dyn Solver) -> Drive {
         let since = solver.progress().clock - self.inputs_time;
         let at = |value: f64, slope: f64| value + slope * since;
-        let speed = at(self.inputs.tool_velocity, self.slopes.tool_velocity);
+        let speed = self.speed(solver);
         let feed = at(self.inputs.feed, self.slopes.feed);
         let friction = at(self.inputs.friction, self.slopes.friction).max(0.0);
         let limit = self.scene.tool.feed_rate_limit;

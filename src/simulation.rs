@@ -4,6 +4,7 @@ use crate::chunk::{Chunk, ChunkSums, NodeSums, Substep};
 use crate::contact::{ContactLaw, RigidTool};
 use crate::dimension::Dimension;
 use crate::error::Error;
+use crate::inertia::MassScaling;
 use crate::ledger::Ledger;
 use crate::locking::{self, LockingControl};
 use crate::material::{ConstitutiveModel, PointReport};
@@ -11,6 +12,7 @@ use crate::partition::{Bulk, Partition};
 use crate::shape::ShapeFunction;
 use crate::simd::{InstructionSet, Real};
 use crate::transfer::{NodeRun, TRAVEL_LIMIT};
+use crate::window::{ActiveWindow, Edges};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -43,6 +45,10 @@ pub struct Progress {
     pub contact_reach: f64,
     /// Whether the tool touched the workpiece in the last substep, and ever.
     pub touches: [bool; 2],
+    /// Where the active window stands, if there is one.
+    pub window: Option<Edges>,
+    /// Factor on the mass (-).
+    pub mass_factor: f64,
     /// Running totals.
     pub ledger: Ledger,
 }
@@ -93,8 +99,11 @@ pub trait Solver: Send {
     /// Shows every point to `visit`.
     fn visit_points(&self, visit: &mut dyn FnMut(&PointView));
 
-    /// Number of points.
+    /// Number of points that substeps move.
     fn points(&self) -> usize;
+
+    /// Lets the mass follow the tool's speed (m/s) before a substep, where the scene scales it.
+    fn scale_mass(&mut self, speed: f64);
 
     /// The points and deposits as numbers.
     fn bulk(&self) -> Bulk;
@@ -110,7 +119,7 @@ pub trait Solver: Send {
 }
 
 /// Numbers and optional passes of a simulation.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Options {
     /// Courant number (-).
     pub courant: f64,
@@ -118,6 +127,10 @@ pub struct Options {
     pub instructions: InstructionSet,
     /// Whether deviations of volume ratios are limited (`locking`).
     pub locking_control: bool,
+    /// Mass scaling, if the scene names it.
+    pub mass_scaling: Option<MassScaling>,
+    /// Active window, if the scene names it.
+    pub window: Option<ActiveWindow>,
 }
 
 /// The simulation of one scene, monomorphised for what the scene names.
@@ -170,11 +183,13 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
             cut_length: 0.0,
             contact_reach: 0.0,
             touches: [false; 2],
+            window: None,
+            mass_factor: 1.0,
             ledger: Ledger::default(),
         };
         // Weight falls with the square of a point's reach into a node's cell and force only with the reach: a node left
-        // out at 1e-24 of a point's mass takes 1e-12 of its force out of the balance of momentum.
-        let lightest = 1e-24 * lightest;
+        // out at the square of the rounding error of a point's mass takes a rounding error of its force out of the balance.
+        let lightest = lightest * if R::IS_SINGLE { 1e-14 } else { 1e-24 };
         let locking_control = options.locking_control.then(LockingControl::default);
         let mut simulation = Simulation {
             partition,
@@ -195,7 +210,12 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
         });
         simulation.progress.ledger.initial_energy = start;
         simulation.progress.fastest = fastest;
-        simulation.deposit();
+        // Sorting divides the points by the window and deposits them.
+        if simulation.options.window.is_some() {
+            simulation.sort()
+        } else {
+            simulation.deposit()
+        }
         simulation
     }
 
@@ -276,12 +296,18 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
     fn sort(&mut self) {
         let (model, ledger) = (&self.model, &mut self.progress.ledger);
         let density = model.density();
+        let true_density = density / self.progress.mass_factor;
+        if let Some(window) = &self.options.window {
+            let edges = window.edges(&self.tool, &self.partition.layout);
+            window.freeze_and_thaw(&mut self.partition, &edges);
+            self.progress.window = Some(edges);
+        }
         self.partition.sort(|block, lane| {
             let volume = block.volume[lane].to_f64();
             let square: f64 = (0..D::AXES).map(|axis| block.velocity[axis][lane].to_f64().powi(2)).sum();
             let report = model.report(&block.state, lane);
             ledger.retired_points += 1;
-            ledger.retired_mass += density * volume;
+            ledger.retired_mass += true_density * volume;
             ledger.retired_energy += volume * (0.5 * density * square + report.elastic_energy);
             ledger.retired_heat += volume * report.heat;
         });
@@ -345,10 +371,29 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
         self.partition.points().count()
     }
 
+    fn scale_mass(&mut self, speed: f64) {
+        let Some(scaling) = &mut self.options.mass_scaling else { return };
+        if !scaling.follow(speed) {
+            return;
+        }
+        let (density, factor) = (scaling.density(), scaling.factor());
+        let ratio = factor / self.progress.mass_factor;
+        let mut kinetic = 0.0;
+        self.visit_points(&mut |point| {
+            kinetic += 0.5 * point.mass * point.velocity.iter().map(|v| v * v).sum::<f64>();
+        });
+        self.progress.ledger.mass_scaling += (ratio - 1.0) * kinetic;
+        self.progress.mass_factor = factor;
+        self.model.set_density(factor * density);
+        self.lightest *= ratio;
+        // Deposits hold masses.
+        self.sort();
+    }
+
     fn visit_points(&self, visit: &mut dyn FnMut(&PointView)) {
         let layout = &self.partition.layout;
         let density = self.model.density();
-        for (block, lane) in self.partition.points() {
+        for (block, lane) in self.partition.all_points() {
             let cells = block.grid_position(lane);
             let mut view = PointView {
                 id: block.id[lane],
@@ -371,7 +416,15 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
     }
 
     fn restore(&mut self, bulk: &Bulk, progress: &Progress) -> Result<(), Error> {
+        if let (Some(window), Some(edges)) = (&self.options.window, &progress.window) {
+            window.hold(&mut self.partition, edges);
+        }
         self.partition.restore(bulk)?;
+        self.lightest *= progress.mass_factor / self.progress.mass_factor;
+        if let Some(scaling) = &mut self.options.mass_scaling {
+            scaling.restore(progress.mass_factor);
+            self.model.set_density(scaling.density() * progress.mass_factor);
+        }
         self.progress = progress.clone();
         self.tool.position = progress.tool_position;
         Ok(())

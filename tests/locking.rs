@@ -48,7 +48,7 @@ fn control_is_consistent<D: Dimension>() {
         block.partition.clone(),
         (block.shape, block.model, block.contact),
         block.tool.clone(),
-        block.options,
+        block.options.clone(),
     );
     let exact = deposits(&anew);
     let scale = exact.iter().fold(0.0_f64, |a, x| a.max(x.abs()));

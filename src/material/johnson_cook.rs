@@ -117,6 +117,10 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>> ConstitutiveM
     }
 
     /// c² = (κ/2 (J² + 1) + 4/3 μ)/ρ₀: spatial stiffness over spatial density of the law above.
+    fn set_density(&mut self, density: f64) {
+        self.density = density;
+    }
+
     fn sound_speed(&self, volume_ratio: f64) -> f64 {
         let bulk = 0.5 * self.bulk_modulus.to_f64() * (volume_ratio * volume_ratio + 1.0);
         ((bulk + 4.0 / 3.0 * self.shear_modulus.to_f64()) / self.density).sqrt()

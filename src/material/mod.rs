@@ -53,6 +53,9 @@ pub trait ConstitutiveModel<R: Real, D: Dimension>: Clone + Send + Sync + 'stati
     /// Density at the start (kg/m3).
     fn density(&self) -> f64;
 
+    /// Takes another density (kg/m3) for inertia; stress and heat are not concerned.
+    fn set_density(&mut self, density: f64);
+
     /// Speed of the fastest wave (m/s) when no point's volume ratio exceeds `volume_ratio` (-).
     fn sound_speed(&self, volume_ratio: f64) -> f64;
 

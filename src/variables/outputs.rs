@@ -239,6 +239,24 @@ pub(super) static OUTPUTS: &[Variable] = &[
         description: "how far the cut has come",
         kind: Kind::Choice(Choice { of: &enumerations::CHIP_STATE, access: output!(chip_state) }),
     },
+    Variable {
+        reference: 132,
+        name: "numerics.mass_factor",
+        description: "factor on the mass in use, see numerics.mass_scaling",
+        kind: real(&ONE, "", [0.0, NONE], Some(1.0), output!(mass_factor)),
+    },
+    Variable {
+        reference: 133,
+        name: "energy.surplus_kinetic",
+        description: "part of the kinetic energy that is due to scaled mass",
+        kind: real(&JOULE, "mJ", [-NONE, NONE], Some(0.1), output!(surplus_kinetic_energy)),
+    },
+    Variable {
+        reference: 134,
+        name: "energy.mass_scaling",
+        description: "kinetic energy brought in by changes of the mass factor since the start",
+        kind: real(&JOULE, "mJ", [-NONE, NONE], Some(0.1), output!(mass_scaling_energy)),
+    },
 ];
 
 /// Outputs before the model is built, as initialization mode shows them.
@@ -247,6 +265,7 @@ pub fn outputs_at_start(scene: &Scene) -> Outputs {
         chip_temperature: scene.workpiece.initial_temperature,
         chip_temperature_peak: scene.workpiece.initial_temperature,
         min_jacobian: 1.0,
+        mass_factor: 1.0,
         tool_position_x: scene.workpiece.length + scene.tool.initial_gap,
         tool_position_y: scene.workpiece.height - scene.inputs.feed,
         chip_state: 1,

@@ -179,7 +179,13 @@ impl Lattice {
             (shape, model, SurfaceContact),
             tool,
             // Exact solutions are compared without the locking control (tests/locking.rs).
-            Options { courant: self.courant, instructions: InstructionSet::detect(), locking_control: false },
+            Options {
+                courant: self.courant,
+                instructions: InstructionSet::detect(),
+                locking_control: false,
+                mass_scaling: None,
+                window: None,
+            },
         )
     }
 }

@@ -1,0 +1,91 @@
+//! Speed levels: which levers `numerics.speed` pulls.
+//!
+//! | level | precision | Courant number | active window | mass scaling |
+//! |---|---|---|---|---|
+//! | exact | double | as given | none | none |
+//! | balanced | single | 0.55 | 3 feeds ahead | none |
+//! | fast | single | 0.6 | 2 feeds ahead | automatic, 1 % of the cutting force |
+//!
+//! A level sets a parameter that stands at its start value; one that was set by hand keeps what it was set to. What each
+//! level costs in accuracy is measured in the README.
+
+use crate::scene::{Numerics, Precision, Scene, Speed};
+
+/// The scene with its level's levers pulled; doing it again changes nothing.
+pub fn pull(scene: &mut Scene) {
+    let start = Scene::default().numerics;
+    let numerics = &mut scene.numerics;
+    let levers = match numerics.speed {
+        Speed::Exact => return,
+        Speed::Balanced => {
+            Numerics { precision: Precision::Single, courant: 0.55, active_window: 3.0, ..start.clone() }
+        }
+        Speed::Fast => Numerics {
+            precision: Precision::Single,
+            courant: 0.6,
+            active_window: 2.0,
+            mass_scaling: 0.0,
+            inertia_error: 0.01,
+            ..start.clone()
+        },
+    };
+    let set = |value: &mut f64, start: f64, lever: f64| {
+        if *value == start {
+            *value = lever;
+        }
+    };
+    if numerics.precision == start.precision {
+        numerics.precision = levers.precision;
+    }
+    set(&mut numerics.courant, start.courant, levers.courant);
+    set(&mut numerics.active_window, start.active_window, levers.active_window);
+    // A share of the force set by hand is kept; a factor set by hand needs none.
+    if numerics.mass_scaling == start.mass_scaling {
+        numerics.mass_scaling = levers.mass_scaling;
+        set(&mut numerics.inertia_error, start.inertia_error, levers.inertia_error);
+    }
+}
+
+/// What runs beside the plain scheme, in words; empty for nothing.
+pub fn summary(scene: &Scene, mass_factor: f64) -> String {
+    let numerics = &scene.numerics;
+    let mut parts = Vec::new();
+    if numerics.precision == Precision::Single {
+        parts.push("single precision".to_owned());
+    }
+    if numerics.active_window > 0.0 {
+        parts.push(format!("active window {} feeds ahead of the tool", numerics.active_window));
+    }
+    if numerics.mass_scaling == 0.0 {
+        let (speed, share) = (scene.inputs.tool_velocity, 100.0 * numerics.inertia_error);
+        parts.push(format!(
+            "automatic mass scaling, a factor of {mass_factor:.3} at {speed} m/s for {share} % of the cutting force"
+        ));
+    } else if numerics.mass_scaling != 1.0 {
+        parts.push(format!("mass scaled by {}", numerics.mass_scaling));
+    }
+    parts.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A level sets what stands at its start and nothing else, and pulling twice is pulling once: states are restored by
+    /// checking the scene again.
+    #[test]
+    fn levels_leave_what_was_set_by_hand() {
+        for speed in [Speed::Exact, Speed::Balanced, Speed::Fast] {
+            let mut scene = Scene::default();
+            scene.numerics.speed = speed;
+            (scene.numerics.active_window, scene.numerics.mass_scaling) = (6.0, 3.0);
+            pull(&mut scene);
+            let once = scene.clone();
+            pull(&mut scene);
+            assert_eq!(scene, once, "{speed:?} pulled twice");
+            assert_eq!((scene.numerics.active_window, scene.numerics.mass_scaling), (6.0, 3.0), "{speed:?}");
+            let is_single = scene.numerics.precision == Precision::Single;
+            assert_eq!(is_single, speed != Speed::Exact, "{speed:?}");
+        }
+    }
+}

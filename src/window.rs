@@ -1,0 +1,185 @@
+//! The active window: only material that the cut can reach is integrated, the rest stands still.
+//!
+//! ```text
+//!              chip (always active)
+//!            ╭──╮
+//!  ──────────┴┐ │█ tool
+//!  frozen │   └─┤█
+//!         │ active └──────┬──────── machined surface
+//!         └───────────────┘  frozen
+//!              frozen
+//! ```
+//!
+//! The window moves with the tool: `ahead` feeds in front of its lowest point, a third as many behind and below it.
+//! When the points are sorted, those that have left the window are put aside as they are, with stress and velocity, and
+//! those that it has reached join in. Nodes that both kinds touch are held, like those of a wall.
+//!
+//! What is lost are the elastic give of the frozen material and waves through it; what the window costs in accuracy is
+//! measured in the README. Points above the workpiece's first surface are chip and never frozen.
+//!
+//! Form of the effect: an optional pass when points are sorted; without it nothing is kept or done.
+
+use crate::contact::RigidTool;
+use crate::dimension::Dimension;
+use crate::grid::{FixedNodes, Layout};
+use crate::partition::Partition;
+use crate::points::{BLOCK, Block, PointState};
+use crate::simd::Real;
+use serde::{Deserialize, Serialize};
+
+/// Reach behind and below the tool over that ahead of it (-).
+const BESIDE: f64 = 1.0 / 3.0;
+/// Smallest reach along any direction (cells): shallow cuts need room for the tool's edge and the shear zone.
+const SMALLEST: f64 = 24.0;
+
+/// How large the window is and what it moves over.
+#[derive(Clone, Debug)]
+pub struct ActiveWindow {
+    /// Reach ahead of the tool in feeds (-).
+    pub ahead: f64,
+    /// Height of the workpiece (m).
+    pub height: f64,
+    /// Nodes that are fixed without a window.
+    pub walls: Vec<FixedNodes>,
+}
+
+/// Where the window stands, in nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Edges {
+    /// Points at nodes left of this one are frozen, up to `top`.
+    left: i32,
+    /// Points at nodes right of this one are frozen, up to `floor`.
+    right: i32,
+    /// Points at nodes below this one are frozen.
+    low: i32,
+    /// Node at the workpiece's first surface.
+    top: i32,
+    /// Node at the machined surface.
+    floor: i32,
+}
+
+impl Edges {
+    /// Whether a point at a node is integrated.
+    fn hold<D: Dimension>(&self, node: &D::Vector<i32>) -> bool {
+        let (x, y) = (node[0], node[1]);
+        let is_frozen =
+            y < self.low || (x < self.left && y <= self.top) || (x > self.right && y <= self.floor);
+        !is_frozen
+    }
+
+    /// The nodes that are held, beside the walls.
+    fn fixed(&self) -> [FixedNodes; 3] {
+        // A frozen point touches nodes one further in than its own, and so does the surface's outermost row.
+        let everything = i32::MAX / 2;
+        let held = |low: [i32; 2], high: [i32; 2]| FixedNodes {
+            low: [low[0], low[1], -everything],
+            high: [high[0], high[1], everything],
+            axes: [true; 3],
+        };
+        let outside = [-everything; 2];
+        [
+            held(outside, [self.left, self.top + 1]),
+            held([self.right, -everything], [everything, self.floor + 1]),
+            held(outside, [everything, self.low]),
+        ]
+    }
+}
+
+impl ActiveWindow {
+    /// Where the window stands around a tool.
+    pub fn edges(&self, tool: &RigidTool, layout: &Layout) -> Edges {
+        let [x, y] = tool.position;
+        let feed = (self.height - y).max(0.0);
+        let reach = |feeds: f64| (feeds * feed / layout.cell).max(SMALLEST);
+        let node = |axis: usize, position: f64| (position - layout.origin[axis]) / layout.cell;
+        let (beside, ahead) = (reach(self.ahead * BESIDE), reach(self.ahead));
+        Edges {
+            left: (node(0, x) - ahead).floor() as i32,
+            right: (node(0, x) + beside).ceil() as i32,
+            low: (node(1, y) - beside).floor() as i32,
+            top: node(1, self.height).round() as i32,
+            floor: node(1, y).round() as i32,
+        }
+    }
+
+    /// Puts aside the points outside `edges` and takes back those inside; the points must be sorted anew afterwards.
+    pub fn freeze_and_thaw<R: Real, D: Dimension, S: PointState<R>>(
+        &self,
+        partition: &mut Partition<R, D, S>,
+        edges: &Edges,
+    ) {
+        let node = |block: &Block<R, D, S>, lane: usize| D::vector(|axis| block.node[axis][lane]);
+        let mut thawed = Heap::default();
+        let mut frozen = Heap::of(std::mem::take(&mut partition.frozen));
+        let mut k = 0;
+        while k < frozen.count {
+            let (block, lane) = (&frozen.blocks[k / BLOCK], k % BLOCK);
+            if edges.hold::<D>(&node(block, lane)) {
+                thawed.push(block, lane);
+                frozen.remove(k);
+            } else {
+                k += 1;
+            }
+        }
+        for block in partition.chunks.iter_mut().flat_map(|chunk| &mut chunk.blocks) {
+            for lane in 0..BLOCK {
+                if block.is_point(lane) && !edges.hold::<D>(&node(block, lane)) {
+                    frozen.push(block, lane);
+                    block.volume[lane] = R::ZERO;
+                }
+            }
+        }
+        if let Some(chunk) = partition.chunks.last_mut() {
+            chunk.blocks.append(&mut thawed.blocks);
+        }
+        partition.frozen = frozen.blocks;
+        self.hold(partition, edges);
+    }
+
+    /// Holds the nodes at the window's edges.
+    pub fn hold<R: Real, D: Dimension, S>(&self, partition: &mut Partition<R, D, S>, edges: &Edges) {
+        partition.fixed.clone_from(&self.walls);
+        partition.fixed.extend(edges.fixed());
+    }
+}
+
+/// Points in no order, in blocks filled from the front.
+struct Heap<R: Real, D: Dimension, S> {
+    blocks: Vec<Block<R, D, S>>,
+    count: usize,
+}
+
+impl<R: Real, D: Dimension, S> Default for Heap<R, D, S> {
+    fn default() -> Self {
+        Heap { blocks: Vec::new(), count: 0 }
+    }
+}
+
+impl<R: Real, D: Dimension, S: PointState<R>> Heap<R, D, S> {
+    /// The points of blocks that a heap has filled.
+    fn of(blocks: Vec<Block<R, D, S>>) -> Self {
+        let last = blocks.last().map_or(0, |block| (0..BLOCK).filter(|&lane| block.is_point(lane)).count());
+        let count = blocks.len().saturating_sub(1) * BLOCK + last;
+        Heap { blocks, count }
+    }
+
+    fn push(&mut self, from: &Block<R, D, S>, lane: usize) {
+        if self.count == self.blocks.len() * BLOCK {
+            self.blocks.push(Block::empty());
+        }
+        self.blocks[self.count / BLOCK].copy_point(self.count % BLOCK, from, lane);
+        self.count += 1;
+    }
+
+    /// Takes point `k` out; the last one takes its place.
+    fn remove(&mut self, k: usize) {
+        let last = self.count - 1;
+        let from = self.blocks[last / BLOCK].clone();
+        self.blocks[k / BLOCK].copy_point(k % BLOCK, &from, last % BLOCK);
+        self.blocks[last / BLOCK].volume[last % BLOCK] = R::ZERO;
+        self.count = last;
+        if last % BLOCK == 0 {
+            self.blocks.pop();
+        }
+    }
+}
