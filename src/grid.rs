@@ -76,27 +76,33 @@ impl Layout {
         (0..D::AXES).all(|axis| node[axis] > MARGIN && node[axis] < self.counts[axis] - 1 - MARGIN)
     }
 
-    /// Arranges the nodes around points at `nodes`.
-    pub fn arrange<D: Dimension>(&mut self, nodes: impl Iterator<Item = D::Vector<i32>>) {
+    /// Arranges the nodes around points at `nodes`; `ranges` is working memory.
+    pub fn arrange<D: Dimension>(
+        &mut self,
+        nodes: impl Iterator<Item = D::Vector<i32>>,
+        ranges: &mut PencilRanges,
+    ) {
         let plane = self.pencils_per_plane::<D>();
         let pencils = (self.counts[0] * plane) as usize;
-        let mut range = vec![(i32::MAX, i32::MIN); pencils];
+        let PencilRanges { range, narrow } = ranges;
+        range.clear();
+        range.resize(pencils, (i32::MAX, i32::MIN));
         for node in nodes {
             let along = Self::along::<D>(node);
             let entry = &mut range[self.pencil::<D>(node) as usize];
             *entry = (entry.0.min(along), entry.1.max(along));
         }
-        widen(&mut range, plane as usize);
+        widen(range, plane as usize, narrow);
         if D::AXES == 3 {
             for row in range.chunks_mut(plane as usize) {
-                widen(row, 1);
+                widen(row, 1, narrow);
             }
         }
         self.low.clear();
         self.offset.clear();
         self.start.clear();
         let mut total = 0_usize;
-        for (low, high) in range {
+        for &(low, high) in range.iter() {
             self.start.push(total);
             if low > high {
                 self.low.push(0);
@@ -129,9 +135,17 @@ impl Layout {
     }
 }
 
-/// Gives each entry the widest range within `MARGIN` entries, `stride` apart.
-fn widen(range: &mut [(i32, i32)], stride: usize) {
-    let narrow = range.to_vec();
+/// Working memory of `Layout::arrange`: lowest and highest node of each pencil, and a copy.
+#[derive(Debug, Default)]
+pub struct PencilRanges {
+    range: Vec<(i32, i32)>,
+    narrow: Vec<(i32, i32)>,
+}
+
+/// Gives each entry the widest range within `MARGIN` entries, `stride` apart; `narrow` is working memory.
+fn widen(range: &mut [(i32, i32)], stride: usize, narrow: &mut Vec<(i32, i32)>) {
+    narrow.clear();
+    narrow.extend_from_slice(range);
     for (k, entry) in range.iter_mut().enumerate() {
         for step in 1..=MARGIN as usize {
             let neighbours = [k.checked_sub(step * stride), Some(k + step * stride)];
@@ -252,7 +266,7 @@ mod tests {
     /// Every node that a point reaches before the next sort exists, each at a place of its own, without gaps.
     fn check<D: Dimension>(counts: [i32; 3], nodes: &[D::Vector<i32>]) {
         let mut layout = Layout::new(counts, 1.0, [0.0; 3]);
-        layout.arrange::<D>(nodes.iter().copied());
+        layout.arrange::<D>(nodes.iter().copied(), &mut PencilRanges::default());
         let place = |node: D::Vector<i32>| {
             let pencil = layout.pencil::<D>(node) as usize;
             let index = layout.offset[pencil] + Layout::along::<D>(node);

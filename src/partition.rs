@@ -2,11 +2,19 @@
 //!
 //! Sorting is a stable counting sort by the node's place in memory, so that neighbours in space are neighbours in
 //! memory and a chunk's nodes are one run. The order is part of the state: it fixes the order of every sum.
+//!
+//! ```text
+//!   where points stand    block 7 │…abcdefgh…│        most neighbours stay neighbours,
+//!   where they go         block 7 │…abc│i│defgh…│     so whole runs of them are copied at once
+//! ```
+//!
+//! Sorted points go to a second set of blocks, which then changes places with the first: after the first sorts no
+//! memory is asked for.
 
 use crate::chunk::Chunk;
 use crate::dimension::Dimension;
 use crate::error::Error;
-use crate::grid::{FixedNodes, Layout};
+use crate::grid::{FixedNodes, Layout, PencilRanges};
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::Real;
 use crate::transfer::NodeRun;
@@ -93,6 +101,44 @@ pub struct Partition<R: Real, D: Dimension, S> {
     pub frozen: Vec<Block<R, D, S>>,
     /// Lowest and highest pencil of each chunk's points when they were sorted; (1, 0) for a chunk without points.
     ends: Vec<(usize, usize)>,
+    workspace: Workspace<R, D, S>,
+}
+
+/// Marks a place in memory without a point that stays.
+const GONE: u32 = u32::MAX;
+
+/// What sorting needs again and again. It is no part of the state: a copy starts with none.
+struct Workspace<R: Real, D: Dimension, S> {
+    /// By chunk: blocks for the sorted points.
+    spare: Vec<Vec<Block<R, D, S>>>,
+    /// By place in memory: the point's node, or `GONE`.
+    keys: Vec<u32>,
+    /// By node: where its next point goes.
+    place: Vec<u32>,
+    /// By place in the sorted order: where the point stands.
+    sources: Vec<u32>,
+    /// Number of blocks before each chunk.
+    firsts: Vec<usize>,
+    ranges: PencilRanges,
+}
+
+impl<R: Real, D: Dimension, S> Default for Workspace<R, D, S> {
+    fn default() -> Self {
+        Workspace {
+            spare: Vec::new(),
+            keys: Vec::new(),
+            place: Vec::new(),
+            sources: Vec::new(),
+            firsts: Vec::new(),
+            ranges: PencilRanges::default(),
+        }
+    }
+}
+
+impl<R: Real, D: Dimension, S> Clone for Workspace<R, D, S> {
+    fn clone(&self) -> Self {
+        Workspace::default()
+    }
 }
 
 impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
@@ -110,6 +156,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             fixed,
             frozen: Vec::new(),
             ends: vec![(1, 0); count],
+            workspace: Workspace::default(),
         };
         partition.sort(|_, _| {});
         partition
@@ -134,43 +181,12 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
     /// Sorts the points and arranges the grid around them. A point that stands at the domain's rim leaves it: it is
     /// shown to `retire` and is gone.
     pub fn sort(&mut self, mut retire: impl FnMut(&Block<R, D, S>, usize)) {
-        let mut staying: Vec<(&Block<R, D, S>, usize)> = Vec::new();
-        for (block, lane) in self.points() {
-            if self.layout.contains::<D>(D::vector(|axis| block.node[axis][lane])) {
-                staying.push((block, lane));
-            } else {
-                retire(block, lane);
-            }
+        self.key_points(&mut retire);
+        let points = self.order_points();
+        self.gather_points(points);
+        for (chunk, spare) in self.chunks.iter_mut().zip(&mut self.workspace.spare) {
+            std::mem::swap(&mut chunk.blocks, spare);
         }
-        let mut layout = self.layout.clone();
-        layout.arrange::<D>(staying.iter().map(|(block, lane)| D::vector(|axis| block.node[axis][*lane])));
-        let key = |block: &Block<R, D, S>, lane: usize| {
-            let node = D::vector(|axis| block.node[axis][lane]);
-            (layout.offset[layout.pencil::<D>(node) as usize] + Layout::along::<D>(node)) as usize
-        };
-        let mut place = vec![0_u32; layout.nodes() + 1];
-        for &(block, lane) in &staying {
-            place[key(block, lane) + 1] += 1;
-        }
-        for k in 1..place.len() {
-            place[k] += place[k - 1];
-        }
-        let count = staying.len().div_ceil(BLOCK);
-        let mut blocks = vec![Block::<R, D, S>::empty(); count];
-        for &(block, lane) in &staying {
-            let slot = &mut place[key(block, lane)];
-            blocks[*slot as usize / BLOCK].copy_point(*slot as usize % BLOCK, block, lane);
-            *slot += 1;
-        }
-        let points = staying.len();
-        fill_empty_places(&mut blocks, points);
-        self.layout = layout;
-        self.divide(blocks);
-    }
-
-    /// Gives sorted blocks to the chunks, in equal numbers, and their nodes.
-    fn divide(&mut self, blocks: Vec<Block<R, D, S>>) {
-        self.share_out(blocks);
         let layout = &self.layout;
         let pencil = |block: &Block<R, D, S>, lane: usize| {
             layout.pencil::<D>(D::vector(|axis| block.node[axis][lane])) as usize
@@ -184,13 +200,92 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         self.arrange_chunks();
     }
 
+    /// Arranges the nodes around the points that stay, and notes by place in memory each point's node, as its index in
+    /// the layout; `GONE` where there is no point.
+    fn key_points(&mut self, retire: &mut impl FnMut(&Block<R, D, S>, usize)) {
+        let Partition { layout, chunks, workspace, .. } = self;
+        let Workspace { keys, ranges, .. } = workspace;
+        keys.clear();
+        for block in chunks.iter().flat_map(|chunk| &chunk.blocks) {
+            for lane in 0..BLOCK {
+                let stays = layout.contains::<D>(D::vector(|axis| block.node[axis][lane]));
+                keys.push(if block.is_point(lane) && stays { 0 } else { GONE });
+                if block.is_point(lane) && !stays {
+                    retire(block, lane);
+                }
+            }
+        }
+        let blocks = chunks.iter().flat_map(|chunk| &chunk.blocks);
+        let nodes = blocks.flat_map(|block| (0..BLOCK).map(|lane| D::vector(|axis| block.node[axis][lane])));
+        let staying = nodes.clone().zip(keys.iter()).filter(|(_, key)| **key != GONE).map(|(node, _)| node);
+        layout.arrange::<D>(staying, ranges);
+        for (node, key) in nodes.zip(keys).filter(|(_, key)| **key != GONE) {
+            *key = (layout.offset[layout.pencil::<D>(node) as usize] + Layout::along::<D>(node)) as u32;
+        }
+    }
+
+    /// For each place in the sorted order, where its point stands now; returns the number of points.
+    fn order_points(&mut self) -> usize {
+        let Workspace { keys, place, sources, .. } = &mut self.workspace;
+        place.clear();
+        place.resize(self.layout.nodes() + 1, 0);
+        for &key in keys.iter().filter(|&&key| key != GONE) {
+            place[key as usize + 1] += 1;
+        }
+        for k in 1..place.len() {
+            place[k] += place[k - 1];
+        }
+        let points = place.last().map_or(0, |&points| points as usize);
+        sources.clear();
+        sources.resize(points, 0);
+        for (source, &key) in keys.iter().enumerate().filter(|(_, key)| **key != GONE) {
+            let slot = &mut place[key as usize];
+            sources[*slot as usize] = source as u32;
+            *slot += 1;
+        }
+        points
+    }
+
+    /// Copies the points in their new order to the spare blocks, in equal numbers for each chunk.
+    fn gather_points(&mut self, points: usize) {
+        let Partition { chunks, workspace, .. } = self;
+        let Workspace { spare, sources, firsts, .. } = workspace;
+        firsts.clear();
+        firsts.extend(chunks.iter().scan(0, |end, chunk| {
+            *end += chunk.blocks.len();
+            Some(*end - chunk.blocks.len())
+        }));
+        spare.resize_with(chunks.len(), Vec::new);
+        let (total, count) = (points.div_ceil(BLOCK), chunks.len());
+        let mut places = sources.chunks(BLOCK);
+        for (k, blocks) in spare.iter_mut().enumerate() {
+            blocks.resize_with(share(k, total, count).len(), Block::empty);
+            for (block, sources) in blocks.iter_mut().zip(&mut places) {
+                let mut lane = 0;
+                while lane < sources.len() {
+                    let first = sources[lane] as usize;
+                    // A run ends with the block it stands in.
+                    let most = (sources.len() - lane).min(BLOCK - first % BLOCK);
+                    let follow = |step: &usize| sources[lane + step] as usize == first + step;
+                    let length = 1 + (1..most).take_while(follow).count();
+                    let chunk = firsts.partition_point(|&begin| begin <= first / BLOCK) - 1;
+                    let from = &chunks[chunk].blocks[first / BLOCK - firsts[chunk]];
+                    block.copy_points(lane, from, first % BLOCK, length);
+                    lane += length;
+                }
+            }
+        }
+        if let Some(last) = spare.iter_mut().rev().find_map(|blocks| blocks.last_mut()) {
+            fill_empty_places(last, points);
+        }
+    }
+
     /// Gives sorted blocks to the chunks, in equal numbers.
     fn share_out(&mut self, blocks: Vec<Block<R, D, S>>) {
         let (total, count) = (blocks.len(), self.chunks.len());
         let mut blocks = blocks.into_iter();
         for (k, chunk) in self.chunks.iter_mut().enumerate() {
-            let share = (k + 1) * total / count - k * total / count;
-            chunk.blocks = blocks.by_ref().take(share).collect();
+            chunk.blocks = blocks.by_ref().take(share(k, total, count).len()).collect();
         }
     }
 
@@ -307,16 +402,86 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
     }
 }
 
+/// The blocks of chunk `k` of `count` when there are `total`.
+fn share(k: usize, total: usize, count: usize) -> std::ops::Range<usize> {
+    k * total / count..(k + 1) * total / count
+}
+
 /// Places without a point repeat the position of the last point with no volume, so that kernels need no mask.
-fn fill_empty_places<R: Real, D: Dimension, S: PointState<R>>(blocks: &mut [Block<R, D, S>], points: usize) {
-    let Some(last) = blocks.last_mut() else { return };
-    let used = if points == 0 { 0 } else { (points - 1) % BLOCK + 1 };
+fn fill_empty_places<R: Real, D: Dimension, S: PointState<R>>(last: &mut Block<R, D, S>, points: usize) {
+    let used = (points - 1) % BLOCK + 1;
+    let source = last.clone();
     for lane in used..BLOCK {
-        if used > 0 {
-            let source = last.clone();
-            last.copy_point(lane, &source, used - 1);
-        }
+        last.copy_points(lane, &source, used - 1, 1);
         last.volume[lane] = R::ZERO;
         last.id[lane] = u32::MAX;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dimension::{PlaneStrain, ThreeDimensional};
+
+    /// Points at random nodes, some on the domain's rim, moved about and sorted again and again: each time the order
+    /// must be that of the standard library's stable sort of those that stay, with every quantity in its place.
+    fn check<D: Dimension>(counts: [i32; 3]) {
+        let mut seed = 1_u64;
+        let mut random = |below: i32| {
+            // Knuth's linear congruential generator; its upper bits are the good ones.
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((seed >> 33) % below as u64) as i32
+        };
+        // 45 full blocks and a bit, for more than one chunk and empty places.
+        let total = 45 * BLOCK + 17;
+        let mut blocks = vec![Block::<f64, D, ()>::empty(); total.div_ceil(BLOCK)];
+        for number in 0..total {
+            let (block, lane) = (&mut blocks[number / BLOCK], number % BLOCK);
+            block.set_grid_position(lane, D::vector(|axis| f64::from(3 + random(counts[axis] - 6))));
+            block.volume[lane] = 1.0 + number as f64;
+            block.id[lane] = number as u32;
+        }
+        let mut partition = Partition::new(Layout::new(counts, 1.0, [0.0; 3]), vec![], blocks);
+        for round in 0..4 {
+            for block in partition.chunks.iter_mut().flat_map(|chunk| &mut chunk.blocks) {
+                for lane in 0..BLOCK {
+                    let axis = lane % D::AXES;
+                    block.node[axis][lane] =
+                        (block.node[axis][lane] + random(3) - 1).clamp(0, counts[axis] - 1);
+                }
+            }
+            let node = |block: &Block<f64, D, ()>, lane: usize| D::vector(|axis| block.node[axis][lane]);
+            let mut expected: Vec<(D::Vector<i32>, u32)> = partition
+                .points()
+                .map(|(block, lane)| (node(block, lane), block.id[lane]))
+                .filter(|(node, _)| partition.layout.contains::<D>(*node))
+                .collect();
+            expected.sort_by(|a, b| a.0.as_ref().cmp(b.0.as_ref()));
+            let mut retired = partition.points().count() - expected.len();
+            partition.sort(|_, _| retired -= 1);
+            assert_eq!(retired, 0, "round {round}: points at the rim and points retired");
+            let sorted = partition
+                .points()
+                .map(|(block, lane)| (node(block, lane), block.id[lane], block.volume[lane]));
+            let mut count = 0;
+            for ((node, id, volume), (expected_node, expected_id)) in sorted.zip(&expected) {
+                assert_eq!(
+                    (node.as_ref(), id),
+                    (expected_node.as_ref(), *expected_id),
+                    "round {round}, place {count}"
+                );
+                assert_eq!(volume, 1.0 + f64::from(id));
+                count += 1;
+            }
+            assert_eq!(count, expected.len());
+        }
+        assert!(partition.points().count() < total, "no point ever reached the rim");
+    }
+
+    /// See `check`; nodes in memory lie in the order of their indices, so that of the nodes is the order of the keys.
+    #[test]
+    fn sorting_is_the_stable_sort_by_node() {
+        check::<PlaneStrain>([30, 20, 1]);
+        check::<ThreeDimensional>([14, 12, 10]);
     }
 }

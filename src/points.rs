@@ -98,15 +98,16 @@ impl<R: Real, D: Dimension, S: PointState<R>> Block<R, D, S> {
         }
     }
 
-    /// Copies one point, its volume included.
-    pub fn copy_point(&mut self, lane: usize, from: &Self, from_lane: usize) {
+    /// Copies the `count` points from `from_lane` on to `lane` on, their volumes included.
+    pub fn copy_points(&mut self, lane: usize, from: &Self, from_lane: usize, count: usize) {
+        let (to, source) = (lane..lane + count, from_lane..from_lane + count);
         for k in 0..Self::columns() {
-            self.column_mut(k)[lane] = from.column(k)[from_lane];
+            self.column_mut(k)[to.clone()].copy_from_slice(&from.column(k)[source.clone()]);
         }
         for axis in 0..D::AXES {
-            self.node[axis][lane] = from.node[axis][from_lane];
+            self.node[axis][to.clone()].copy_from_slice(&from.node[axis][source.clone()]);
         }
-        self.id[lane] = from.id[from_lane];
+        self.id[to].copy_from_slice(&from.id[source]);
     }
 
     /// Whether there is a point at `lane`.

@@ -13,16 +13,20 @@ use swarf::partition::Partition;
 use swarf::points::{BLOCK, Block};
 use swarf::scene::{Constants, Scene};
 use swarf::shape::ShapeFunction;
-use swarf::simd::{InstructionSet, Kernel, Simd, Vector, dispatch};
+use swarf::simd::{InstructionSet, Kernel, Real, Simd, Vector, dispatch};
 use swarf::simulation::{Drive, Options, PointView, Simulation, Solver};
 use swarf::tool_shape::ToolShape;
 
 /// The full Johnson–Cook model with rate and adiabatic heat.
-pub type Steel = JohnsonCook<f64, RateDependent<f64>, Adiabatic<f64, true>>;
+pub type SteelIn<R> = JohnsonCook<R, RateDependent<R>, Adiabatic<R, true>>;
 /// Its state.
-pub type SteelState<D> = State<f64, D, Temperature<f64>>;
+pub type StateIn<R, D> = State<R, D, Temperature<R>>;
 /// A block of it.
-pub type SteelBlock<D, F> = Simulation<f64, D, F, Steel, SurfaceContact>;
+pub type BlockIn<R, D, F> = Simulation<R, D, F, SteelIn<R>, SurfaceContact>;
+/// The same in double precision.
+pub type Steel = SteelIn<f64>;
+pub type SteelState<D> = StateIn<f64, D>;
+pub type SteelBlock<D, F> = BlockIn<f64, D, F>;
 
 /// Temperature at the start (K).
 pub const ROOM: f64 = 298.15;
@@ -40,8 +44,11 @@ pub fn never_yielding(constants: Constants) -> Constants {
 }
 
 /// The Johnson–Cook model of some constants.
-pub fn steel(c: &Constants) -> Steel {
-    let rate = RateDependent { coefficient: c.rate_coefficient, reference: c.reference_rate };
+pub fn steel<R: Real>(c: &Constants) -> SteelIn<R> {
+    let rate = RateDependent {
+        coefficient: R::from_f64(c.rate_coefficient),
+        reference: R::from_f64(c.reference_rate),
+    };
     let softening = Softening {
         exponent: c.thermal_exponent,
         reference: c.reference_temperature,
@@ -147,13 +154,24 @@ impl Lattice {
         constants: &Constants,
         shape: F,
         tool: RigidTool,
-        mut place: impl FnMut([f64; 3], &mut SteelState<D>, usize) -> [f64; 3],
+        place: impl FnMut([f64; 3], &mut SteelState<D>, usize) -> [f64; 3],
     ) -> SteelBlock<D, F> {
-        let model = steel(constants);
+        self.build_in(constants, shape, tool, place)
+    }
+
+    /// The same in any precision.
+    pub fn build_in<R: Real, D: Dimension, F: ShapeFunction<R>>(
+        &self,
+        constants: &Constants,
+        shape: F,
+        tool: RigidTool,
+        mut place: impl FnMut([f64; 3], &mut StateIn<R, D>, usize) -> [f64; 3],
+    ) -> BlockIn<R, D, F> {
+        let model = steel::<R>(constants);
         let count: [usize; 3] =
             std::array::from_fn(|k| if k < D::AXES { (self.cells[k] * self.per_edge) as usize } else { 1 });
         let total: usize = count.iter().product();
-        let mut blocks = vec![Block::<f64, D, SteelState<D>>::empty(); total.div_ceil(BLOCK)];
+        let mut blocks = vec![Block::<R, D, StateIn<R, D>>::empty(); total.div_ceil(BLOCK)];
         let spacing = self.cell / f64::from(self.per_edge);
         for number in 0..total {
             let index = [number / (count[1] * count[2]), number / count[2] % count[1], number % count[2]];
@@ -162,12 +180,12 @@ impl Lattice {
                 if k < D::AXES { (index[k] as f64 + 0.5) / f64::from(self.per_edge) } else { 0.0 }
             });
             block.set_grid_position(lane, D::vector(|k| f64::from(self.corner[k]) + from_corner[k]));
-            block.volume[lane] = spacing.powi(D::AXES as i32);
+            block.volume[lane] = R::from_f64(spacing.powi(D::AXES as i32));
             block.id[lane] = number as u32;
-            ConstitutiveModel::<f64, D>::place(&model, &mut block.state, lane, ROOM);
+            ConstitutiveModel::<R, D>::place(&model, &mut block.state, lane, ROOM);
             let velocity = place(from_corner.map(|x| x * self.cell), &mut block.state, lane);
             for k in 0..D::AXES {
-                block.velocity[k][lane] = velocity[k];
+                block.velocity[k][lane] = R::from_f64(velocity[k]);
             }
         }
         let origin =
