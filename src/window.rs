@@ -167,7 +167,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Heap<R, D, S> {
         if self.count == self.blocks.len() * BLOCK {
             self.blocks.push(Block::empty());
         }
-        self.blocks[self.count / BLOCK].copy_point(self.count % BLOCK, from, lane);
+        self.blocks[self.count / BLOCK].copy_points(self.count % BLOCK, from, lane, 1);
         self.count += 1;
     }
 
@@ -175,7 +175,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Heap<R, D, S> {
     fn remove(&mut self, k: usize) {
         let last = self.count - 1;
         let from = self.blocks[last / BLOCK].clone();
-        self.blocks[k / BLOCK].copy_point(k % BLOCK, &from, last % BLOCK);
+        self.blocks[k / BLOCK].copy_points(k % BLOCK, &from, last % BLOCK, 1);
         self.blocks[last / BLOCK].volume[last % BLOCK] = R::ZERO;
         self.count = last;
         if last % BLOCK == 0 {
