@@ -32,7 +32,9 @@ cargo xtask COMMAND
             --windows    a library for Windows as well, built on Linux (zig as above; Rust's standard library from
                          rustup, or from Debian's packages, 131 MB, unpacked into .tools)
             --with       take over the libraries of an FMU packaged on another platform
-  wine      load and run the Windows library under Wine, and compare with the Linux one
+  wine [--tests]
+            load and run the Windows library under Wine, and compare with the Linux one
+            --tests      the unit tests and those of the interface there, too
   fuzz [--minutes N] [--address-sanitizer]
             coverage-guided random calls on the C functions (15 minutes; needs a C++ compiler)
   valgrind  load, run and free the packaged FMU under memcheck
@@ -54,7 +56,7 @@ fn main() -> ExitCode {
         ["package", rest @ ..] => packaged(rest),
         ["fuzz", rest @ ..] => fuzz::run(rest),
         ["valgrind"] => valgrind::run(),
-        ["wine"] => wine::run(),
+        ["wine", rest @ ..] => wine::run(rest),
         ["describe"] => describe::description(false),
         ["describe", "--check"] => describe::description(true),
         ["readme"] => describe::readme(false),

@@ -173,6 +173,7 @@ fn machine_paths() -> Outcome<Vec<(PathBuf, &'static str)>> {
     let candidates = [
         (Some(root()), "/swarf"),
         (Some(target()), "/swarf/target"),
+        (Some(windows::folder()), "/rust"),
         (below_home("CARGO_HOME", ".cargo"), "/cargo"),
         (below_home("RUSTUP_HOME", ".rustup"), "/rustup"),
         (Some(PathBuf::from(sysroot.trim())), "/rust"),

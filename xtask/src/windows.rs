@@ -48,7 +48,9 @@ impl Windows {
         let mut command = self.zig.cargo_for(TARGET, arguments);
         if let Some(rustc) = &self.debian {
             // Compiling the standard library beside a crate is a feature that only nightly admits to having.
-            command.arg("-Zbuild-std=std,panic_unwind").env("RUSTC_BOOTSTRAP", "1").env("RUSTC", rustc);
+            let crates =
+                if arguments.contains(&"test") { "std,panic_unwind,test" } else { "std,panic_unwind" };
+            command.arg(format!("-Zbuild-std={crates}")).env("RUSTC_BOOTSTRAP", "1").env("RUSTC", rustc);
             command.env_remove("RUSTUP_TOOLCHAIN");
         }
         command
@@ -58,6 +60,11 @@ impl Windows {
     pub fn compile_c(&self, source: &Path, arguments: &[&str], output: &Path) -> Outcome {
         self.zig.compile_c("x86_64-windows-gnu", source, arguments, output)
     }
+}
+
+/// Where Debian's compiler is kept; a library must not name it.
+pub fn folder() -> PathBuf {
+    root().join(".tools/debian-rust")
 }
 
 /// A list of the functions to export. Without one, the linker exports parts of the standard library as well.
@@ -122,7 +129,7 @@ fn is_known_to_rustc() -> Outcome<bool> {
 
 /// Debian's compiler, unpacked beside; gives a command that finds its libraries.
 fn debian_rust() -> Outcome<PathBuf> {
-    let folder = root().join(".tools/debian-rust");
+    let folder = folder();
     let command = folder.join("rustc");
     let stamp = folder.join("complete.txt");
     if stamp.is_file() {
@@ -146,7 +153,7 @@ fn debian_rust() -> Outcome<PathBuf> {
 
 /// Fetches the packages and those that they need and this machine lacks, and unpacks all of them.
 fn unpack_debian(folder: &Path) -> Outcome {
-    let (packages, unpacked) = (folder.join("packages"), folder.join("root"));
+    let (packages, unpacked) = (folder.join("packages"), folder.join("unpacked"));
     // Lists of its own: updating the system's takes an administrator, and old ones may name a compiler that is too old.
     let lists = folder.join("apt");
     for path in [&packages, &unpacked, &lists.join("lists/partial"), &lists.join("cache/archives/partial")] {

@@ -1,23 +1,33 @@
 //! `cargo xtask wine`: the Windows library of `target/swarf.fmu`, loaded and run under Wine, beside the Linux one.
 //!
 //! `xtask/wine/life.c` leads instances through their lives as an importer written in C does. It is compiled for both
-//! systems, and what the two libraries compute is compared. Wine is not Windows; it is what can be had on Linux.
+//! systems, and what the two libraries compute is compared. With `--tests` the Rust tests of the interface and all unit
+//! tests are compiled for Windows and run as well. Wine is not Windows; it is what can be had on Linux.
 
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::test::OPTIMISED;
 use crate::{Outcome, portable, process, root, setup, target, windows::Windows};
 
 /// Largest difference of an output between the two systems, as a share of it: their C libraries may round a sine or a
 /// logarithm of the set-up differently, which some hundred substeps carry on.
 const TOLERANCE: f64 = 1e-6;
 
+/// Tests that need nothing of Linux.
+const TESTS: [&str; 7] = ["--lib", "--test", "fmi_abi", "--test", "fmi_calls", "--test", "fmi_logging"];
+
 /// Runs both libraries and compares.
 ///
 /// # Errors
 /// When Wine or the Windows library is missing, when a promise is broken, or when the outputs differ.
-pub fn run() -> Outcome {
+pub fn run(arguments: &[&str]) -> Outcome {
+    let with_tests = match arguments {
+        [] => false,
+        ["--tests"] => true,
+        other => return Err(format!("wine: unknown arguments '{}'; only --tests is known", other.join(" "))),
+    };
     let wine = wine()?;
     let tools = Windows::prepare(setup::prepare_zig()?)?;
     let folder = target().join("wine");
@@ -37,12 +47,25 @@ pub fn run() -> Outcome {
 
     let mut here = Command::new(folder.join("life"));
     let here = process::output(here.current_dir(&folder).args(["./swarf.so", &guid]))?;
-    let mut there = Command::new(wine);
-    // Wine's own folder and silence, so that a user's Wine stays untouched.
-    there.current_dir(&folder).env("WINEPREFIX", folder.join("prefix")).env("WINEDEBUG", "-all");
+    let mut there = Command::new(&wine);
+    let there = in_wine(there.current_dir(&folder), &folder);
     let there = process::output(there.args(["life.exe", "swarf.dll", &guid]))?;
     println!("\n{:<24}{:>24}{:>24}", "twenty lives, the last of", "Linux", "Windows, under Wine");
-    compare(&here, &there)
+    compare(&here, &there)?;
+    if with_tests {
+        let mut tests = tools.cargo(&["test", "--package", "swarf", "--no-fail-fast"]);
+        tests.args(TESTS).args(OPTIMISED).arg("--target-dir").arg(target().join("wine-tests"));
+        tests.env("CARGO_TARGET_X86_64_PC_WINDOWS_GNULLVM_RUNNER", &wine);
+        process::run(in_wine(&mut tests, &folder))?;
+    }
+    Ok(())
+}
+
+/// Gives a command Wine's own folder and silence, so that a user's Wine stays untouched, and the libraries built beside.
+fn in_wine<'a>(command: &'a mut Command, folder: &Path) -> &'a mut Command {
+    // Wine shows the whole file system as drive Z.
+    let path = format!("Z:{}", folder.display().to_string().replace('/', "\\"));
+    command.env("WINEPREFIX", folder.join("prefix")).env("WINEDEBUG", "-all").env("WINEPATH", path)
 }
 
 /// Prints both lists side by side and compares them.
