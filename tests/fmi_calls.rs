@@ -128,7 +128,8 @@ fn after_a_failed_step() -> Slave {
 /// every state as well.)
 #[test]
 fn the_call_order_is_that_of_the_standard() {
-    let mut names: Vec<&str> = TABLE.iter().map(|row| row.0).chain(INCAPABLE.iter().map(|row| row.0)).collect();
+    let mut names: Vec<&str> =
+        TABLE.iter().map(|row| row.0).chain(INCAPABLE.iter().map(|row| row.0)).collect();
     names.push("fmi2FreeInstance");
     let mut known: Vec<&str> = swarf::fmi::calls::ALL.iter().map(|call| call.name).collect();
     names.sort_unstable();
