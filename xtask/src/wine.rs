@@ -50,7 +50,7 @@ pub fn run(arguments: &[&str]) -> Outcome {
     let mut there = Command::new(&wine);
     let there = in_wine(there.current_dir(&folder), &folder);
     let there = process::output(there.args(["life.exe", "swarf.dll", &guid]))?;
-    println!("\n{:<24}{:>24}{:>24}", "twenty lives, the last of", "Linux", "Windows, under Wine");
+    println!("\n{:<30}{:>24}{:>24}", "output", "Linux", "Windows, under Wine");
     compare(&here, &there)?;
     if with_tests {
         let mut tests = tools.cargo(&["test", "--package", "swarf", "--no-fail-fast"]);
@@ -75,7 +75,7 @@ fn compare(here: &str, there: &str) -> Outcome {
         return Err(format!("{} outputs on Linux, {} under Wine", here.len(), there.len()));
     }
     for ((name, one), (_, other)) in here.iter().zip(&there) {
-        println!("{name:<24}{one:>24e}{other:>24e}");
+        println!("{name:<30}{one:>24e}{other:>24e}");
         // Written so that NaN fails.
         let is_equal = (one - other).abs() <= TOLERANCE * one.abs();
         if !is_equal {
