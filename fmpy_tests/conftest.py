@@ -1,4 +1,7 @@
-"""What the tests share: the packaged FMU, instances of it, and short runs at draft size."""
+"""What the tests share: the packaged FMU, instances of it, and short runs at draft size.
+
+`test_examples.py` shows the FMU in plain FMPy; the other tests use `Cut` below, which adds names and messages to it.
+"""
 
 from __future__ import annotations
 

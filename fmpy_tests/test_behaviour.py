@@ -1,28 +1,13 @@
-"""What an importer sees the FMU do: steps, inputs, saved states, instances, refusals."""
+"""What an importer can rely on: steps, inputs, saved states, instances, refusals. (How to use it: `test_examples.py`.)"""
 
 import subprocess
 import sys
 from pathlib import Path
 
-import fmpy
 import numpy as np
 import pytest
 from conftest import CALLBACKS, DRAFT, MESSAGES, STEP, Refused
 from fmpy.fmi2 import FMU2Slave
-
-
-def test_simulate_fmu_runs_the_cut(fmu):
-    """The one call most users make; the tool enters, cuts, and is pushed back."""
-    names = ["cutting_force", "thrust_force", "chip_temperature", "peak_strain", "energy.balance_error"]
-    result = fmpy.simulate_fmu(fmu, start_values=DRAFT, output=names)
-    assert result["time"][-1] == pytest.approx(4e-5, rel=1e-9)
-    for name in names:
-        assert np.all(np.isfinite(result[name])), name
-    steady = result["time"] > 2e-5
-    # Within a factor of two of the single shear plane's 527 N/mm: draft size, 1 mm wide.
-    assert 260 < result["cutting_force"][steady].mean() < 1060
-    assert result["peak_strain"][-1] > 0.5
-    assert result["chip_temperature"][-1] > 400
 
 
 def test_a_run_after_reset_is_bit_identical(cut):

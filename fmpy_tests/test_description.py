@@ -102,10 +102,27 @@ def test_the_archive_is_complete_and_knows_nothing_of_its_build_machine(fmu):
             "documentation/licenses/THIRD-PARTY.txt",
         ):
             assert wanted in names, wanted
-        library = archive.read(next(name for name in names if name.startswith("binaries/")))
-    found = re.search(rb"/(?:root|home|Users)/[\w./-]+", library)
-    assert found is None, found
-    assert b".cargo/registry" not in library
+        libraries = {name: archive.read(name) for name in names if name.startswith("binaries/")}
+    assert libraries
+    for name, library in libraries.items():
+        found = re.search(rb"/(?:root|home|Users)/[\w./-]+", library)
+        assert found is None, f"{name}: {found}"
+        assert b".cargo/registry" not in library, name
+
+
+def test_the_documentation_is_complete(fmu, description):
+    """Every picture and file that the page names is in the archive, and every variable has its line."""
+    with zipfile.ZipFile(fmu) as archive:
+        names, page = archive.namelist(), archive.read("documentation/index.html").decode()
+    links = re.findall(r'(?:src|href)="([^"#]+)"', page)
+    assert "reference_cut.png" in links
+    for link in links:
+        assert f"documentation/{link}" in names, link
+    for target in re.findall(r'href="#([^"]+)"', page):
+        assert f'id="{target}"' in page, target
+    for variable in description.modelVariables:
+        assert f"<td><code>{variable.name}</code></td>" in page, variable.name
+    etree.HTMLParser(recover=False).feed(page)
 
 
 def test_the_library_needs_only_the_c_library(unpacked):

@@ -6,7 +6,7 @@
 use super::calls::{self, Call, State};
 use super::description::guid;
 use super::logging::{Categories, Category, Log, Status};
-use super::progress::{Progress, advance_and_tell};
+use super::progress::{Progress, advance_and_tell, summary};
 use super::refusal::Refusal;
 use super::saved::{Header, Model, NO_SLOPES};
 use super::states::Saved;
@@ -259,9 +259,11 @@ impl Instance {
         if header.state == State::StepComplete {
             session.set_inputs(header.scene.inputs, slopes);
         }
-        let advance = if categories.is_on(Category::Solver) {
-            let tell = |text: String| log.log(Status::Ok, Category::Solver, &text);
-            advance_and_tell(session, Progress { from, target, begun: Instant::now(), told }, tell)
+        let tell = |text: String| log.log(Status::Ok, Category::Solver, &text);
+        let (is_told, begun) = (categories.is_on(Category::Solver), Instant::now());
+        let retired_before = session.outputs().retired_points;
+        let advance = if is_told {
+            advance_and_tell(session, Progress { from, target, begun, told }, tell)
         } else {
             session.advance_to(target, &mut |_| true)
         };
@@ -273,6 +275,9 @@ impl Instance {
                 return Err(Refusal::StepFailed(error));
             }
         };
+        if is_told {
+            tell(summary(reached, begun.elapsed().as_secs_f64(), retired_before, session.outputs()));
+        }
         let inputs = &mut header.scene.inputs;
         inputs.tool_velocity = end(inputs.tool_velocity, slopes.tool_velocity, reached);
         inputs.feed = end(inputs.feed, slopes.feed, reached);
@@ -412,9 +417,48 @@ pub(super) fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::{Arc, Mutex};
 
     fn header(time: f64, stop: Option<f64>) -> Header {
         Header { time, stop, ..Model::default().header }
+    }
+
+    /// A log that others can look into.
+    struct Heard(Arc<Mutex<Vec<String>>>);
+
+    impl Log for Heard {
+        fn log(&self, _status: Status, category: Category, message: &str) {
+            self.0.lock().unwrap().push(format!("{}: {message}", category.name()));
+        }
+    }
+
+    /// Every category can be had alone and can be left out alone, by the name that the description gives it.
+    #[test]
+    fn every_category_is_switched_by_its_name() {
+        let heard = Arc::<Mutex<Vec<String>>>::default();
+        let mut instance = Instance::new(guid(), None, false, Box::new(Heard(heard.clone()))).unwrap();
+        let spoken = |instance: &Instance| {
+            heard.lock().unwrap().clear();
+            for category in Category::ALL {
+                instance.message(Status::Ok, category, "said");
+            }
+            heard.lock().unwrap().iter().map(|line| line.replace(": said", "")).collect::<Vec<_>>()
+        };
+        let all: Vec<_> = Category::ALL.map(Category::name).to_vec();
+        for one in all.iter().filter(|name| **name != "logAll") {
+            assert_eq!(instance.set_debug_logging(true, &[one]), Ok(Status::Ok));
+            assert_eq!(spoken(&instance), [*one], "only {one} is on");
+            assert_eq!(instance.set_debug_logging(true, &["logAll"]), Ok(Status::Ok));
+            assert_eq!(spoken(&instance), all);
+            assert_eq!(instance.set_debug_logging(false, &[one]), Ok(Status::Ok));
+            let others: Vec<_> = all.iter().copied().filter(|name| name != one).collect();
+            assert_eq!(spoken(&instance), others, "only {one} is off");
+        }
+        assert_eq!(instance.set_debug_logging(false, &["logAll"]), Ok(Status::Ok));
+        assert!(spoken(&instance).is_empty());
+        // An unknown name switches nothing, not even the known one beside it.
+        assert!(instance.set_debug_logging(true, &["solver", "gossip"]).is_err());
+        assert!(spoken(&instance).is_empty());
     }
 
     /// Masters that add up steps or multiply them both pass; a gap of a hundredth of a step does not.

@@ -88,7 +88,7 @@ impl Category {
             Category::Pending => "never used: no call here is asynchronous",
             Category::All => "all messages",
             Category::Solver => {
-                "effects that run, and progress of a long step at least every second of wall time"
+                "effects that run, what each step took, and progress of a long one every second of wall time"
             }
         }
     }

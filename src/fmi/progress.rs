@@ -1,7 +1,7 @@
-//! Messages of a long step: how far it has come and what is left.
+//! What the category `solver` tells of a step: how far a long one has come and what is left, and what it took in the end.
 
 use crate::Error;
-use crate::session::{Advance, Session};
+use crate::session::{Advance, Outputs, Session};
 use std::panic::resume_unwind;
 use std::sync::mpsc;
 use std::thread;
@@ -79,6 +79,23 @@ impl Progress<'_> {
     }
 }
 
+/// What a step took: substeps, and what guards the run (points left over, retired and squeezed, energy).
+///
+/// * `reached`: where it ended (s)
+/// * `wall`: wall time it took (s)
+/// * `retired_before`: retired points when it began
+pub(super) fn summary(reached: f64, wall: f64, retired_before: i32, outputs: &Outputs) -> String {
+    let Outputs { substeps, time_step, active_points, min_jacobian, balance_error, .. } = outputs;
+    format!(
+        "at {} s after {wall:.3} s of wall time: {substeps} substeps, the last of {} s; {active_points} points, {} \
+         retired in this step; smallest volume ratio {min_jacobian:.3}; energy unaccounted for {:.3} %",
+        short(reached),
+        short(*time_step),
+        outputs.retired_points - retired_before,
+        100.0 * balance_error
+    )
+}
+
 /// A time with six digits, for reading.
 fn short(time: f64) -> String {
     let rounded = format!("{time:.5e}").parse().unwrap_or(time);
@@ -96,6 +113,25 @@ mod tests {
         let progress = Progress { from: 0.0, target: 4e-6, begun: told, told: &mut told };
         let text = progress.text(1e-6, 2.0);
         assert_eq!(text, "step to 4e-6 s: 1e-6 s reached after 2.0 s, 3e-6 s left, about 6.0 s of wall time");
+    }
+
+    /// What a user looks for after a step that took long or went wrong.
+    #[test]
+    fn the_summary_names_substeps_and_guards() {
+        let outputs = Outputs {
+            substeps: 412,
+            time_step: 2.4e-9,
+            active_points: 29_997,
+            retired_points: 3,
+            min_jacobian: 0.931,
+            balance_error: -4e-4,
+            ..Outputs::default()
+        };
+        assert_eq!(
+            summary(1e-6, 0.5, 1, &outputs),
+            "at 1e-6 s after 0.500 s of wall time: 412 substeps, the last of 2.4e-9 s; 29997 points, 2 retired in this \
+             step; smallest volume ratio 0.931; energy unaccounted for -0.040 %"
+        );
     }
 
     /// The first message waits for the period, and so does the next.

@@ -27,7 +27,7 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1102,
         name: "material.density",
-        description: "density",
+        description: "mass density of the workpiece",
         kind: real(
             &KILOGRAM_PER_CUBIC_METRE,
             "",
@@ -39,13 +39,13 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1103,
         name: "material.youngs_modulus",
-        description: "Young's modulus",
+        description: "Young's modulus of the workpiece",
         kind: real(&PASCAL, "GPa", [1e6, 2e12], Some(2e11), parameter!(material.constants.youngs_modulus)),
     },
     Variable {
         reference: 1104,
         name: "material.poissons_ratio",
-        description: "Poisson's ratio",
+        description: "Poisson's ratio of the workpiece",
         kind: real(&ONE, "", [0.0, 0.495], Some(0.3), parameter!(material.constants.poissons_ratio)),
     },
     Variable {
@@ -87,7 +87,7 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1111,
         name: "material.melting_temperature",
-        description: "temperature at which the flow stress vanishes",
+        description: "melting temperature: at and above it the flow stress is zero",
         kind: real(
             &KELVIN,
             "degC",
@@ -99,7 +99,7 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1112,
         name: "material.reference_temperature",
-        description: "temperature below which nothing softens",
+        description: "Johnson-Cook reference temperature: below it nothing softens",
         kind: real(
             &KELVIN,
             "degC",
@@ -111,7 +111,7 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1113,
         name: "material.specific_heat",
-        description: "specific heat",
+        description: "specific heat capacity of the workpiece",
         kind: real(
             &JOULE_PER_KILOGRAM_KELVIN,
             "",
@@ -123,7 +123,7 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1114,
         name: "material.conductivity",
-        description: "thermal conductivity",
+        description: "thermal conductivity of the workpiece",
         kind: real(
             &WATT_PER_METRE_KELVIN,
             "",
@@ -135,7 +135,7 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1115,
         name: "material.thermal_expansion",
-        description: "coefficient of linear thermal expansion",
+        description: "coefficient of linear thermal expansion of the workpiece",
         kind: real(
             &PER_KELVIN,
             "",
@@ -147,7 +147,7 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1116,
         name: "material.taylor_quinney",
-        description: "share of the plastic work that becomes heat",
+        description: "Taylor-Quinney coefficient: share of the plastic work that becomes heat",
         kind: real(&ONE, "", [0.0, 1.0], Some(0.9), parameter!(material.constants.taylor_quinney)),
     },
     Variable {

@@ -34,7 +34,7 @@ pub(super) static INPUTS: &[Variable] = &[
     Variable {
         reference: 3,
         name: "friction",
-        description: "Coulomb coefficient of friction between tool and workpiece",
+        description: "Coulomb coefficient of friction between tool and workpiece, on rake face and flank",
         kind: real(&ONE, "", [0.0, 10.0], Some(0.2), input!(friction)),
     },
 ];
@@ -140,31 +140,31 @@ pub(super) static OUTPUTS: &[Variable] = &[
     Variable {
         reference: 115,
         name: "energy.kinetic",
-        description: "kinetic energy of the material",
-        kind: real(&JOULE, "mJ", [-NONE, NONE], Some(0.1), output!(kinetic_energy)),
+        description: "kinetic energy of chip and workpiece",
+        kind: real(&JOULE, "mJ", [0.0, NONE], Some(0.1), output!(kinetic_energy)),
     },
     Variable {
         reference: 116,
         name: "energy.elastic",
-        description: "elastic energy of the material",
-        kind: real(&JOULE, "mJ", [-NONE, NONE], Some(0.1), output!(elastic_energy)),
+        description: "elastic strain energy of chip and workpiece",
+        kind: real(&JOULE, "mJ", [0.0, NONE], Some(0.1), output!(elastic_energy)),
     },
     Variable {
         reference: 117,
         name: "energy.plastic",
-        description: "plastic work since the start",
-        kind: real(&JOULE, "mJ", [-NONE, NONE], Some(0.1), output!(plastic_work)),
+        description: "plastic work in chip and workpiece since the start",
+        kind: real(&JOULE, "mJ", [0.0, NONE], Some(0.1), output!(plastic_work)),
     },
     Variable {
         reference: 118,
         name: "energy.friction",
         description: "work of friction between tool and workpiece since the start",
-        kind: real(&JOULE, "mJ", [-NONE, NONE], Some(0.1), output!(friction_work)),
+        kind: real(&JOULE, "mJ", [0.0, NONE], Some(0.1), output!(friction_work)),
     },
     Variable {
         reference: 119,
         name: "energy.damping",
-        description: "energy lost to numerical damping since the start",
+        description: "energy that the numerical scheme itself dissipates since the start: transfer between points and grid, explicit time steps, volumetric locking control",
         kind: real(&JOULE, "mJ", [-NONE, NONE], Some(0.1), output!(damping)),
     },
     Variable {
@@ -182,7 +182,7 @@ pub(super) static OUTPUTS: &[Variable] = &[
     Variable {
         reference: 122,
         name: "energy.thermal",
-        description: "heat stored in the material since the start",
+        description: "heat stored in chip and workpiece since the start",
         kind: real(&JOULE, "mJ", [-NONE, NONE], Some(0.1), output!(thermal_energy)),
     },
     Variable {
@@ -194,13 +194,13 @@ pub(super) static OUTPUTS: &[Variable] = &[
     Variable {
         reference: 124,
         name: "numerics.substeps",
-        description: "substeps of the solver in the last communication step",
+        description: "time steps that the solver made in the last communication step",
         kind: integer([0, i32::MAX], output!(substeps)),
     },
     Variable {
         reference: 125,
         name: "numerics.time_step",
-        description: "last substep of the solver",
+        description: "length of the solver's last time step",
         kind: real(&SECOND, "ns", [0.0, NONE], Some(1e-9), output!(time_step)),
     },
     Variable {

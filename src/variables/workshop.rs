@@ -115,7 +115,7 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1050,
         name: "results.directory",
-        description: "folder for pictures and tables written on the way; empty writes nothing",
+        description: "folder for ParaView files and a table of the outputs, written on the way; empty writes nothing",
         kind: Kind::Text(Access::Parameter {
             get: |scene| scene.results.directory.clone(),
             set: |scene, value| scene.results.directory = value,

@@ -11,6 +11,8 @@ mod process;
 mod setup;
 mod test;
 mod valgrind;
+mod windows;
+mod wine;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -24,10 +26,15 @@ cargo xtask COMMAND
             --set     any parameter or input of the FMU, e.g. --set friction=0 --set feed=0.5mm --set tool.rake_angle=10deg
             --stop    end (s); otherwise 2 mm of travel     --step    communication step (s)
   test      formatting, clippy, unit, integration and FMU tests, pytest with FMPy
-  package [--portable] [--with OTHER.fmu]...
-            build target/swarf.fmu; for a release always with --portable
+  package [--portable] [--windows] [--with OTHER.fmu]...
+            build target/swarf.fmu; for a release always with --portable --windows
             --portable   the library needs glibc 2.17 at most (zig and cargo-zigbuild from PyPI, 100 MB)
+            --windows    a library for Windows as well, built on Linux (zig as above; Rust's standard library from
+                         rustup, or from Debian's packages, 131 MB, unpacked into .tools)
             --with       take over the libraries of an FMU packaged on another platform
+  wine [--tests]
+            load and run the Windows library under Wine, and compare with the Linux one
+            --tests      the unit tests and those of the interface there, too
   fuzz [--minutes N] [--address-sanitizer]
             coverage-guided random calls on the C functions (15 minutes; needs a C++ compiler)
   valgrind  load, run and free the packaged FMU under memcheck
@@ -49,6 +56,7 @@ fn main() -> ExitCode {
         ["package", rest @ ..] => packaged(rest),
         ["fuzz", rest @ ..] => fuzz::run(rest),
         ["valgrind"] => valgrind::run(),
+        ["wine", rest @ ..] => wine::run(rest),
         ["describe"] => describe::description(false),
         ["describe", "--check"] => describe::description(true),
         ["readme"] => describe::readme(false),
@@ -72,17 +80,21 @@ fn main() -> ExitCode {
 
 /// Packages the FMU as the arguments ask for.
 fn packaged(arguments: &[&str]) -> Outcome {
-    let (mut is_portable, mut others) = (false, Vec::new());
+    let (mut is_portable, mut for_windows, mut others) = (false, false, Vec::new());
     let mut words = arguments.iter();
     while let Some(word) = words.next() {
         match *word {
             "--portable" => is_portable = true,
+            "--windows" => for_windows = true,
             "--with" => others.push(*words.next().ok_or("--with needs the path of an FMU")?),
             other => return Err(format!("package: unknown argument '{other}'\n\n{USAGE}")),
         }
     }
     let zig = if is_portable { Some(setup::prepare_zig()?) } else { None };
-    package::build_with(zig.as_ref(), &others).map(|_| ())
+    let windows = if for_windows { Some(windows::Windows::prepare(setup::prepare_zig()?)?) } else { None };
+    let mut kinds = vec![zig.as_ref().map_or(package::Kind::Plain, package::Kind::Portable)];
+    kinds.extend(windows.as_ref().map(package::Kind::Windows));
+    package::build_with(&kinds, &others).map(|_| ())
 }
 
 /// Packages the FMU and runs it through the embedded master.

@@ -11,18 +11,29 @@ use std::path::{Path, PathBuf};
 use zip::write::SimpleFileOptions;
 
 use crate::setup::Zig;
+use crate::windows::{self, Windows};
 use crate::{Outcome, documentation, portable, process, root, target};
+
+/// How a library is built.
+pub enum Kind<'a> {
+    /// For this machine as it is.
+    Plain,
+    /// For Linux with an older C library, too.
+    Portable(&'a Zig),
+    /// For Windows, from Linux.
+    Windows(&'a Windows),
+}
 
 /// Builds the FMU for this machine as it is and gives its path; what `cut` and `test` use.
 pub fn build() -> Outcome<PathBuf> {
-    build_with(None, &[])
+    build_with(&[Kind::Plain], &[])
 }
 
 /// Builds the FMU and gives its path.
 ///
-/// * `zig`: the linker for a library that older systems can load, too (for releases)
+/// * `kinds`: libraries that are built here
 /// * `others`: FMUs of the same interface, packaged on other platforms, whose libraries are taken over
-pub fn build_with(zig: Option<&Zig>, others: &[&str]) -> Outcome<PathBuf> {
+pub fn build_with(kinds: &[Kind], others: &[&str]) -> Outcome<PathBuf> {
     let folder = root().join("modelDescription");
     let mut files: BTreeMap<String, Vec<u8>> = BTreeMap::new();
     let description = folder.join("modelDescription.xml");
@@ -35,14 +46,19 @@ pub fn build_with(zig: Option<&Zig>, others: &[&str]) -> Outcome<PathBuf> {
     let (page, xml) = (folder.join("documentation/index.html"), process::read(&description)?);
     let page = documentation::with_variables(&process::read(&page)?, &xml)?;
     files.insert("documentation/index.html".into(), page.into_bytes());
+    // Kept once, where README shows it, too.
+    let picture = "reference_cut.png";
+    files.insert(format!("documentation/{picture}"), bytes(&root().join("docs/pictures").join(picture))?);
     add_folder(&mut files, &root().join("resources"), "resources")?;
     for name in ["LICENSE-MIT", "LICENSE-APACHE"] {
         files.insert(format!("documentation/licenses/{name}.txt"), bytes(&root().join(name))?);
     }
     files.insert("documentation/licenses/THIRD-PARTY.txt".into(), third_party_licences()?.into_bytes());
-    println!("xtask: building the FMU's library");
-    let (place, suffix) = platform()?;
-    files.insert(format!("binaries/{place}/swarf{suffix}"), library(suffix, zig)?);
+    for kind in kinds {
+        let (place, suffix) = kind.platform()?;
+        println!("xtask: building the FMU's library for {place}");
+        files.insert(format!("binaries/{place}/swarf{suffix}"), library(kind, suffix)?);
+    }
     for other in others {
         take_over(&mut files, Path::new(other))?;
     }
@@ -57,13 +73,30 @@ pub fn build_with(zig: Option<&Zig>, others: &[&str]) -> Outcome<PathBuf> {
     Ok(fmu)
 }
 
-/// The folder in `binaries` and the ending of a library, by FMI 2.0 section 2.3.
-fn platform() -> Outcome<(&'static str, &'static str)> {
-    match (std::env::consts::OS, std::env::consts::ARCH) {
-        ("linux", "x86_64") => Ok(("linux64", ".so")),
-        ("windows", "x86_64") => Ok(("win64", ".dll")),
-        ("macos", "x86_64") => Ok(("darwin64", ".dylib")),
-        (os, arch) => Err(format!("FMI 2.0 has no folder for {arch} on {os}")),
+impl Kind<'_> {
+    /// The folder in `binaries` and the ending of a library, by FMI 2.0 section 2.3.
+    fn platform(&self) -> Outcome<(&'static str, &'static str)> {
+        let os = if matches!(self, Kind::Windows(_)) { "windows" } else { std::env::consts::OS };
+        match (os, std::env::consts::ARCH) {
+            ("linux", "x86_64") => Ok(("linux64", ".so")),
+            ("windows", "x86_64") => Ok(("win64", ".dll")),
+            ("macos", "x86_64") => Ok(("darwin64", ".dylib")),
+            (os, arch) => Err(format!("FMI 2.0 has no folder for {arch} on {os}")),
+        }
+    }
+
+    /// Its build folder, a cargo command, and where below the folder the library ends up.
+    fn cargo(&self, arguments: &[&str]) -> (PathBuf, std::process::Command, PathBuf) {
+        let (name, command, place) = match self {
+            Kind::Plain => ("fmu", process::cargo(arguments), PathBuf::from("release")),
+            Kind::Portable(zig) => {
+                ("fmu-portable", zig.cargo(arguments), Path::new(portable::TARGET).join("release"))
+            }
+            Kind::Windows(windows) => {
+                ("fmu-windows", windows.cargo(arguments), Path::new(windows::TARGET).join("release"))
+            }
+        };
+        (target().join(name), command, place)
     }
 }
 
@@ -89,15 +122,11 @@ fn take_over(files: &mut BTreeMap<String, Vec<u8>>, other: &Path) -> Outcome {
 }
 
 /// Builds the library and gives its bytes, free of this machine's paths.
-fn library(suffix: &str, zig: Option<&Zig>) -> Outcome<Vec<u8>> {
+fn library(kind: &Kind, suffix: &str) -> Outcome<Vec<u8>> {
     let paths = machine_paths()?;
-    let build_folder = target().join(if zig.is_some() { "fmu-portable" } else { "fmu" });
     // `cargo rustc --crate-type` builds the library alone: beside an rlib, cargo would leave out link-time optimisation.
     let arguments = ["rustc", "--release", "--package", "swarf", "--lib", "--crate-type", "cdylib"];
-    let mut command = match zig {
-        Some(zig) => zig.cargo(&arguments),
-        None => process::cargo(&arguments),
-    };
+    let (build_folder, mut command, place) = kind.cargo(&arguments);
     command.arg("--target-dir").arg(&build_folder).args(["--config", "profile.release.strip=\"symbols\""]);
     let mut flags: Vec<String> = paths
         .iter()
@@ -107,16 +136,19 @@ fn library(suffix: &str, zig: Option<&Zig>) -> Outcome<Vec<u8>> {
         flags.extend(own.split_whitespace().map(String::from));
     }
     command.env_remove("RUSTFLAGS").env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
+    if let Kind::Windows(_) = kind {
+        let exports = windows::write_exports(&build_folder)?;
+        command.arg("--").arg(format!("-Clink-arg={}", exports.display()));
+    }
     process::run(&mut command)?;
-    let prefix = if cfg!(windows) { "" } else { "lib" };
-    let built = match zig {
-        Some(_) => build_folder.join(portable::TARGET).join("release"),
-        None => build_folder.join("release"),
-    };
-    let path = built.join(format!("{prefix}swarf{suffix}"));
+    let prefix = if suffix == ".dll" { "" } else { "lib" };
+    let path = build_folder.join(place).join(format!("{prefix}swarf{suffix}"));
     let library = bytes(&path)?;
-    if cfg!(target_os = "linux") {
-        portable::check_symbols(&path, zig.map(|_| portable::GLIBC))?;
+    match kind {
+        Kind::Plain if cfg!(target_os = "linux") => portable::check_symbols(&path, None)?,
+        Kind::Plain => {}
+        Kind::Portable(_) => portable::check_symbols(&path, Some(portable::GLIBC))?,
+        Kind::Windows(_) => windows::check_library(&path)?,
     }
     for (path, _) in &paths {
         let text = path.display().to_string();
@@ -141,6 +173,7 @@ fn machine_paths() -> Outcome<Vec<(PathBuf, &'static str)>> {
     let candidates = [
         (Some(root()), "/swarf"),
         (Some(target()), "/swarf/target"),
+        (Some(windows::folder()), "/rust"),
         (below_home("CARGO_HOME", ".cargo"), "/cargo"),
         (below_home("RUSTUP_HOME", ".rustup"), "/rustup"),
         (Some(PathBuf::from(sysroot.trim())), "/rust"),

@@ -14,8 +14,43 @@ use crate::{Outcome, process};
 pub const TARGET: &str = "x86_64-unknown-linux-gnu";
 /// The newest glibc that a portable library may need.
 pub const GLIBC: [u32; 2] = [2, 17];
-/// Functions of FMI 2.0 that every co-simulation FMU exports: 34 for FMPy's count.
-const FUNCTIONS: usize = 34;
+/// Functions of FMI 2.0 that every co-simulation FMU exports.
+pub const FUNCTIONS: [&str; 34] = [
+    "fmi2CancelStep",
+    "fmi2DeSerializeFMUstate",
+    "fmi2DoStep",
+    "fmi2EnterInitializationMode",
+    "fmi2ExitInitializationMode",
+    "fmi2FreeFMUstate",
+    "fmi2FreeInstance",
+    "fmi2GetBoolean",
+    "fmi2GetBooleanStatus",
+    "fmi2GetDirectionalDerivative",
+    "fmi2GetFMUstate",
+    "fmi2GetInteger",
+    "fmi2GetIntegerStatus",
+    "fmi2GetReal",
+    "fmi2GetRealOutputDerivatives",
+    "fmi2GetRealStatus",
+    "fmi2GetStatus",
+    "fmi2GetString",
+    "fmi2GetStringStatus",
+    "fmi2GetTypesPlatform",
+    "fmi2GetVersion",
+    "fmi2Instantiate",
+    "fmi2Reset",
+    "fmi2SerializeFMUstate",
+    "fmi2SerializedFMUstateSize",
+    "fmi2SetBoolean",
+    "fmi2SetDebugLogging",
+    "fmi2SetFMUstate",
+    "fmi2SetInteger",
+    "fmi2SetReal",
+    "fmi2SetRealInputDerivatives",
+    "fmi2SetString",
+    "fmi2SetupExperiment",
+    "fmi2Terminate",
+];
 
 /// Checks that a library exports the standard's functions and nothing else, and needs no newer glibc than `newest`.
 ///
@@ -25,20 +60,7 @@ pub fn check_symbols(library: &Path, newest: Option<[u32; 2]>) -> Outcome {
     let listing = process::output(Command::new("objdump").arg("-T").arg(library))
         .map_err(|text| format!("{text}\nobjdump is needed (Debian or Ubuntu: apt-get install binutils)"))?;
     let symbols = Symbols::read(&listing);
-    let foreign: Vec<&str> =
-        symbols.exported.iter().copied().filter(|name| !name.starts_with("fmi2")).collect();
-    if !foreign.is_empty() {
-        return Err(format!(
-            "the library exports more than the standard's functions: {}",
-            foreign.join(", ")
-        ));
-    }
-    if symbols.exported.len() != FUNCTIONS {
-        let found = symbols.exported.len();
-        return Err(format!(
-            "the library exports {found} functions of the standard where {FUNCTIONS} are expected"
-        ));
-    }
+    check_exports(&symbols.exported)?;
     let too_new: Vec<String> = symbols
         .needed
         .iter()
@@ -49,8 +71,27 @@ pub fn check_symbols(library: &Path, newest: Option<[u32; 2]>) -> Outcome {
         return Err(format!("the library needs a newer C library than promised: {}", too_new.join(", ")));
     }
     let [major, minor] = symbols.needed.iter().map(|needed| needed.1).max().unwrap_or([0, 0]);
-    println!("xtask: the library exports {FUNCTIONS} fmi2 functions alone and needs glibc {major}.{minor}");
+    let count = FUNCTIONS.len();
+    println!("xtask: swarf.so exports {count} fmi2 functions alone and needs glibc {major}.{minor}");
     Ok(())
+}
+
+/// Checks that a library exports the standard's functions, all of them and nothing else.
+///
+/// # Errors
+/// Names those missing and those too many.
+pub fn check_exports(exported: &[&str]) -> Outcome {
+    let missing: Vec<&str> = FUNCTIONS.into_iter().filter(|name| !exported.contains(name)).collect();
+    let foreign: Vec<&str> = exported.iter().copied().filter(|name| !FUNCTIONS.contains(name)).collect();
+    if missing.is_empty() && foreign.is_empty() {
+        return Ok(());
+    }
+    Err(format!(
+        "the library must export the standard's {} functions and nothing else; missing: [{}]; too many: [{}]",
+        FUNCTIONS.len(),
+        missing.join(", "),
+        foreign.join(", ")
+    ))
 }
 
 /// The dynamic symbols of a library.
@@ -104,5 +145,15 @@ DYNAMIC SYMBOL TABLE:
         let symbols = Symbols::read(listing);
         assert_eq!(symbols.exported, ["fmi2DoStep"]);
         assert_eq!(symbols.needed, [("pthread_create", [2, 34]), ("memcpy", [2, 2])]);
+    }
+
+    /// A function too few makes importers refuse the library, a symbol too many can clash with another FMU's.
+    #[test]
+    fn missing_and_foreign_exports_are_named() {
+        assert!(check_exports(&FUNCTIONS).is_ok());
+        let text = check_exports(&FUNCTIONS[1..]).unwrap_err();
+        assert!(text.contains("missing: [fmi2CancelStep]; too many: []"), "{text}");
+        let text = check_exports(&[FUNCTIONS.as_slice(), &["malloc"]].concat()).unwrap_err();
+        assert!(text.contains("missing: []; too many: [malloc]"), "{text}");
     }
 }

@@ -81,6 +81,20 @@ pub fn write(path: &Path, bytes: &[u8]) -> Outcome {
         .map_err(|e| format!("cannot write '{}': {e}", path.display()))
 }
 
+/// Lets a file be started.
+pub fn make_executable(path: &Path) -> Outcome {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let permissions = std::fs::Permissions::from_mode(0o755);
+        let done = std::fs::set_permissions(path, permissions);
+        done.map_err(|e| format!("cannot make '{}' executable: {e}", path.display()))?;
+    }
+    #[cfg(not(unix))]
+    let _ = path;
+    Ok(())
+}
+
 fn shown(command: &Command) -> String {
     let words = std::iter::once(command.get_program()).chain(command.get_args());
     words.map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ")

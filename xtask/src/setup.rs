@@ -44,11 +44,26 @@ pub struct Zig {
 impl Zig {
     /// A cargo command that builds for `portable::TARGET` with the C library of `portable::GLIBC`.
     pub fn cargo(&self, arguments: &[&str]) -> Command {
-        let mut command = process::in_repository(Command::new(&self.command));
         let [major, minor] = portable::GLIBC;
-        command.args(arguments).args(["--target", &format!("{}.{major}.{minor}", portable::TARGET)]);
+        self.cargo_for(&format!("{}.{major}.{minor}", portable::TARGET), arguments)
+    }
+
+    /// A cargo command that builds for a target with zig as its linker.
+    pub fn cargo_for(&self, target: &str, arguments: &[&str]) -> Command {
+        let mut command = process::in_repository(Command::new(&self.command));
+        command.args(arguments).args(["--target", target]);
         command.env("CARGO_ZIGBUILD_ZIG_PATH", &self.zig);
         command
+    }
+
+    /// Compiles a C file for a target that zig knows.
+    ///
+    /// # Errors
+    /// What the compiler says.
+    pub fn compile_c(&self, target: &str, source: &Path, arguments: &[&str], output: &Path) -> Outcome {
+        let mut command = Command::new(&self.zig);
+        command.args(["cc", "-target", target, "-O1", "-Wall", "-Werror"]).arg(source).args(arguments);
+        process::run_quietly(command.arg("-o").arg(output))
     }
 }
 
@@ -58,7 +73,7 @@ impl Zig {
 /// As `prepare`, and on systems other than Linux.
 pub fn prepare_zig() -> Outcome<Zig> {
     if !cfg!(target_os = "linux") {
-        return Err("--portable is for Linux, where libraries depend on the version of the C library".into());
+        return Err("--portable and --windows are for Linux; elsewhere `cargo xtask package` does it".into());
     }
     let tools = prepare()?;
     let requirements = root().join("xtask/portable-requirements.txt");

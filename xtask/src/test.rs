@@ -6,7 +6,7 @@ use crate::setup::Tools;
 use crate::{Outcome, describe, package, process, root, setup};
 
 /// Checks of the physics run optimised, with debug assertions; link-time optimisation would only cost build time.
-const OPTIMISED: [&str; 7] = [
+pub const OPTIMISED: [&str; 7] = [
     "--release",
     "--config",
     "profile.release.lto=\"off\"",

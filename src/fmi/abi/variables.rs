@@ -1,199 +1,121 @@
 //! Getting and setting variables. FMI 2.0, sections 2.1.7, 2.1.9 and 4.2.1.
+//!
+//! The functions differ in the type of their values alone; `get` and `set` hold what they share.
 
-use super::super::calls;
-use super::super::instance::Instance;
+use super::super::calls::{self, Call};
+use super::super::instance::{Instance, Reply};
 use super::super::logging::Status;
 use super::super::refusal::Refusal;
 use super::{call, pointers};
 use std::ffi::{c_char, c_int, c_void};
 
-/// A Boolean of C.
-fn boolean(value: &c_int) -> Result<bool, Refusal> {
-    match value {
+/// Reads values of one type and hands them over.
+///
+/// # Safety
+/// `component` as for `fmi2DoStep`; `references` is null or has `count` entries, `values` is null or has room for `count`.
+unsafe fn get<T: Copy>(
+    component: *mut c_void,
+    which: &'static Call,
+    (references, count): (*const u32, usize),
+    values: *mut T,
+    read: impl FnOnce(&mut Instance, &[u32]) -> Result<Vec<T>, Refusal>,
+) -> Status {
+    let body = |instance: &mut Instance| {
+        // SAFETY: our caller says that there are `count` of them.
+        let references = unsafe { pointers::array(references, count, "vr") }?;
+        let found = read(instance, references)?;
+        // SAFETY: our caller says that there is room for `count` of them, and one was read for each reference.
+        unsafe { pointers::write_all(values, &found, "value") }.map(|()| Status::Ok)
+    };
+    // SAFETY: our caller gives the guarantee that `call` asks for.
+    unsafe { call(component, which, body) }
+}
+
+/// Takes over values of one type.
+///
+/// # Safety
+/// `component` as for `fmi2DoStep`; both arrays are null or have `count` entries.
+unsafe fn set<T>(
+    component: *mut c_void,
+    which: &'static Call,
+    (references, count): (*const u32, usize),
+    values: *const T,
+    write: impl FnOnce(&mut Instance, &[u32], &[T]) -> Reply,
+) -> Status {
+    let body = |instance: &mut Instance| {
+        // SAFETY: our caller says that there are `count` of them.
+        let references = unsafe { pointers::array(references, count, "vr") }?;
+        // SAFETY: our caller says that there are `count` of them.
+        let values = unsafe { pointers::array(values, count, "value") }?;
+        write(instance, references, values)
+    };
+    // SAFETY: our caller gives the guarantee that `call` asks for.
+    unsafe { call(component, which, body) }
+}
+
+/// One exported function per line: what it does, its name, its `Call`, its array of values, and what it runs.
+macro_rules! functions {
+    ($($(#[doc = $text:literal])+ $name:ident = $way:ident($call:ident, $values:ty, $body:expr);)+) => {$(
+        $(#[doc = $text])+
+        ///
+        /// # Safety
+        /// `component` as for `fmi2DoStep`; the arrays are null or have `count` entries, texts among them are null or end
+        /// with a zero.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(
+            component: *mut c_void,
+            references: *const u32,
+            count: usize,
+            values: $values,
+        ) -> Status {
+            // SAFETY: our caller gives the guarantee above, which is the one that `get`, `set` and the body ask for.
+            unsafe { $way(component, &calls::$call, (references, count), values, $body) }
+        }
+    )+};
+}
+
+functions! {
+    /// Values of Real variables.
+    fmi2GetReal = get(GET_REAL, *mut f64, Instance::get_real);
+    /// Values of Integer and Enumeration variables.
+    fmi2GetInteger = get(GET_INTEGER, *mut c_int, Instance::get_integer);
+    /// Values of Boolean variables.
+    fmi2GetBoolean = get(GET_BOOLEAN, *mut c_int, get_boolean);
+    /// Values of String variables; they live until the next call of this function on the instance.
+    fmi2GetString = get(GET_STRING, *mut *const c_char, get_string);
+    /// Sets Real parameters and inputs.
+    fmi2SetReal = set(SET_REAL, *const f64, Instance::set_real);
+    /// Sets Integer and Enumeration parameters.
+    fmi2SetInteger = set(SET_INTEGER, *const c_int, Instance::set_integer);
+    /// Sets Boolean parameters.
+    fmi2SetBoolean = set(SET_BOOLEAN, *const c_int, set_boolean);
+    /// Sets String parameters.
+    fmi2SetString = set(SET_STRING, *const *const c_char, |i, references, texts| set_string(i, references, texts));
+}
+
+fn get_boolean(instance: &mut Instance, references: &[u32]) -> Result<Vec<c_int>, Refusal> {
+    Ok(instance.get_boolean(references)?.into_iter().map(c_int::from).collect())
+}
+
+fn get_string(instance: &mut Instance, references: &[u32]) -> Result<Vec<*const c_char>, Refusal> {
+    Ok(instance.get_string(references)?.iter().map(|text| text.as_ptr()).collect())
+}
+
+fn set_boolean(instance: &mut Instance, references: &[u32], values: &[c_int]) -> Reply {
+    let truth = |value: &c_int| match value {
         0 => Ok(false),
         1 => Ok(true),
         other => Err(Refusal::BadArgument(format!("Boolean {other} is neither 0 nor 1; nothing was set"))),
-    }
+    };
+    instance.set_boolean(references, &values.iter().map(truth).collect::<Result<Vec<_>, _>>()?)
 }
 
-/// Values of Real variables.
-///
 /// # Safety
-/// `component` as for `fmi2DoStep`; the arrays are null or have `count` entries.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetReal(
-    component: *mut c_void,
-    references: *const u32,
-    count: usize,
-    values: *mut f64,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: our caller says that there are `count` of them.
-        let references = unsafe { pointers::array(references, count, "vr") }?;
-        let found = instance.get_real(references)?;
-        // SAFETY: our caller says that there is room for `count` of them.
-        unsafe { pointers::write_all(values, &found, "value") }.map(|()| Status::Ok)
-    };
-    // SAFETY: our caller gives the guarantee that `call` asks for.
-    unsafe { call(component, &calls::GET_REAL, body) }
-}
-
-/// Values of Integer and Enumeration variables.
-///
-/// # Safety
-/// As for `fmi2GetReal`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetInteger(
-    component: *mut c_void,
-    references: *const u32,
-    count: usize,
-    values: *mut c_int,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: our caller says that there are `count` of them.
-        let references = unsafe { pointers::array(references, count, "vr") }?;
-        let found = instance.get_integer(references)?;
-        // SAFETY: our caller says that there is room for `count` of them.
-        unsafe { pointers::write_all(values, &found, "value") }.map(|()| Status::Ok)
-    };
-    // SAFETY: our caller gives the guarantee that `call` asks for.
-    unsafe { call(component, &calls::GET_INTEGER, body) }
-}
-
-/// Values of Boolean variables.
-///
-/// # Safety
-/// As for `fmi2GetReal`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetBoolean(
-    component: *mut c_void,
-    references: *const u32,
-    count: usize,
-    values: *mut c_int,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: our caller says that there are `count` of them.
-        let references = unsafe { pointers::array(references, count, "vr") }?;
-        let found: Vec<c_int> = instance.get_boolean(references)?.into_iter().map(c_int::from).collect();
-        // SAFETY: our caller says that there is room for `count` of them.
-        unsafe { pointers::write_all(values, &found, "value") }.map(|()| Status::Ok)
-    };
-    // SAFETY: our caller gives the guarantee that `call` asks for.
-    unsafe { call(component, &calls::GET_BOOLEAN, body) }
-}
-
-/// Values of String variables; they live until the next call of this function on the instance.
-///
-/// # Safety
-/// As for `fmi2GetReal`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetString(
-    component: *mut c_void,
-    references: *const u32,
-    count: usize,
-    values: *mut *const c_char,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: our caller says that there are `count` of them.
-        let references = unsafe { pointers::array(references, count, "vr") }?;
-        let found: Vec<_> = instance.get_string(references)?.iter().map(|text| text.as_ptr()).collect();
-        // SAFETY: our caller says that there is room for `count` of them.
-        unsafe { pointers::write_all(values, &found, "value") }.map(|()| Status::Ok)
-    };
-    // SAFETY: our caller gives the guarantee that `call` asks for.
-    unsafe { call(component, &calls::GET_STRING, body) }
-}
-
-/// Sets Real parameters and inputs.
-///
-/// # Safety
-/// As for `fmi2GetReal`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetReal(
-    component: *mut c_void,
-    references: *const u32,
-    count: usize,
-    values: *const f64,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: our caller says that there are `count` of them.
-        let references = unsafe { pointers::array(references, count, "vr") }?;
-        // SAFETY: our caller says that there are `count` of them.
-        let values = unsafe { pointers::array(values, count, "value") }?;
-        instance.set_real(references, values)
-    };
-    // SAFETY: our caller gives the guarantee that `call` asks for.
-    unsafe { call(component, &calls::SET_REAL, body) }
-}
-
-/// Sets Integer and Enumeration parameters.
-///
-/// # Safety
-/// As for `fmi2GetReal`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetInteger(
-    component: *mut c_void,
-    references: *const u32,
-    count: usize,
-    values: *const c_int,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: our caller says that there are `count` of them.
-        let references = unsafe { pointers::array(references, count, "vr") }?;
-        // SAFETY: our caller says that there are `count` of them.
-        let values = unsafe { pointers::array(values, count, "value") }?;
-        instance.set_integer(references, values)
-    };
-    // SAFETY: our caller gives the guarantee that `call` asks for.
-    unsafe { call(component, &calls::SET_INTEGER, body) }
-}
-
-/// Sets Boolean parameters.
-///
-/// # Safety
-/// As for `fmi2GetReal`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetBoolean(
-    component: *mut c_void,
-    references: *const u32,
-    count: usize,
-    values: *const c_int,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: our caller says that there are `count` of them.
-        let references = unsafe { pointers::array(references, count, "vr") }?;
-        // SAFETY: our caller says that there are `count` of them.
-        let values = unsafe { pointers::array(values, count, "value") }?;
-        let values = values.iter().map(boolean).collect::<Result<Vec<_>, _>>()?;
-        instance.set_boolean(references, &values)
-    };
-    // SAFETY: our caller gives the guarantee that `call` asks for.
-    unsafe { call(component, &calls::SET_BOOLEAN, body) }
-}
-
-/// Sets String parameters.
-///
-/// # Safety
-/// As for `fmi2GetReal`; each text is null or ends with a zero.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetString(
-    component: *mut c_void,
-    references: *const u32,
-    count: usize,
-    values: *const *const c_char,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: our caller says that there are `count` of them.
-        let references = unsafe { pointers::array(references, count, "vr") }?;
-        // SAFETY: our caller says that there are `count` of them.
-        let values = unsafe { pointers::array(values, count, "value") }?;
-        // SAFETY: our caller says that each ends with a zero.
-        let text = |value: &*const c_char| unsafe { pointers::text(*value, "value") }.map(str::to_owned);
-        let values = values.iter().map(text).collect::<Result<Vec<_>, _>>()?;
-        instance.set_string(references, &values)
-    };
-    // SAFETY: our caller gives the guarantee that `call` asks for.
-    unsafe { call(component, &calls::SET_STRING, body) }
+/// Each text is null or ends with a zero.
+unsafe fn set_string(instance: &mut Instance, references: &[u32], values: &[*const c_char]) -> Reply {
+    // SAFETY: our caller gives the guarantee that `text` asks for.
+    let text = |value: &*const c_char| unsafe { pointers::text(*value, "value") }.map(str::to_owned);
+    instance.set_string(references, &values.iter().map(text).collect::<Result<Vec<_>, _>>()?)
 }
 
 /// Sets slopes of inputs for the next step.
