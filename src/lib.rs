@@ -27,6 +27,8 @@ pub mod vtk;
 pub mod results;
 #[cfg(feature = "plot")]
 pub mod plot;
+#[cfg(feature = "study")]
+pub mod study;
 pub mod session;
 pub mod variables;
 pub mod fmi;
