@@ -11,6 +11,7 @@ mod process;
 mod setup;
 mod test;
 mod valgrind;
+mod verify;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -23,6 +24,8 @@ cargo xtask COMMAND
             --paper   120,000 points, as the paper          --quick   about 1,900 points, a first look
             --set     any parameter or input of the FMU, e.g. --set friction=0 --set feed=5e-4
             --stop    end (s); otherwise 2 mm of travel     --step    communication step (s)
+  verify [--out DIR]
+            run the problems with exact solutions: table and plots in target/verify (three minutes)
   test      formatting, clippy, unit, integration and FMU tests, pytest with FMPy
   package [--portable] [--with OTHER.fmu]...
             build target/swarf.fmu; for a release always with --portable
@@ -49,6 +52,7 @@ fn main() -> ExitCode {
         ["package", rest @ ..] => packaged(rest),
         ["fuzz", rest @ ..] => fuzz::run(rest),
         ["valgrind"] => valgrind::run(),
+        ["verify", rest @ ..] => verify::run(rest),
         ["describe"] => describe::description(false),
         ["describe", "--check"] => describe::description(true),
         ["readme"] => describe::readme(false),
