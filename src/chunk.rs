@@ -21,7 +21,6 @@ use crate::material::ConstitutiveModel;
 use crate::points::Block;
 use crate::shape::ShapeFunction;
 use crate::simd::{InstructionSet, Kernel, Real, Simd, dispatch};
-use crate::touching::Changes;
 use crate::transfer::{NodeRun, PassSums, PointsPass};
 use std::ops::Range;
 
@@ -42,6 +41,15 @@ pub struct NodeSums {
     pub contact_reach: f64,
     /// Whether any node is in contact.
     pub touches: bool,
+}
+
+/// What contact with the points changes in a substep, found before the chunks set out (`touching`).
+#[derive(Clone, Debug, Default)]
+pub struct TouchedNodes {
+    /// Index of the node in the layout and its change of velocity (m/s), in rising order.
+    pub nodes: Vec<(usize, [f64; 3])>,
+    /// For the ledger and the outputs.
+    pub sums: NodeSums,
 }
 
 /// Sums of one chunk in one substep.
@@ -106,7 +114,7 @@ pub struct Substep<'a, F, M, C> {
     /// Nodes lighter than this (kg) stay at rest: nothing but rounding is left there.
     pub lightest: f64,
     /// What contact with the points has been found to change, in the place of the contact law.
-    pub touched: Option<&'a Changes>,
+    pub touched: Option<&'a TouchedNodes>,
     /// Acceleration of the nodes by a body force, if the scene has one.
     pub body_force: Option<&'a dyn BodyForce>,
     /// Time at the start of the substep (s).
@@ -250,7 +258,7 @@ impl<R: Real, D: Dimension, S> Chunk<R, D, S> {
     }
 
     /// Adds to the nodes what contact with the points changes; its sums are counted where it was found.
-    fn take_over(&mut self, changes: &Changes) {
+    fn take_over(&mut self, changes: &TouchedNodes) {
         let end = self.nodes.first + self.nodes.count::<D>();
         let begin = changes.nodes.partition_point(|change| change.0 < self.nodes.first);
         for &(index, change) in changes.nodes[begin..].iter().take_while(|change| change.0 < end) {

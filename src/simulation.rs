@@ -1,7 +1,7 @@
 //! The main loop: one explicit substep of the material point method on the solver's own clock.
 
 use crate::body_force::BodyForce;
-use crate::chunk::{Chunk, ChunkSums, NodeSums, Substep};
+use crate::chunk::{Chunk, ChunkSums, NodeSums, Substep, TouchedNodes};
 use crate::contact::{ContactLaw, RigidTool};
 use crate::dimension::Dimension;
 use crate::error::Error;
@@ -11,7 +11,7 @@ use crate::material::{ConstitutiveModel, PointReport};
 use crate::partition::{Bulk, Partition};
 use crate::shape::ShapeFunction;
 use crate::simd::{InstructionSet, Real};
-use crate::touching::{self, Changes, Conditions};
+use crate::touching::{self, Conditions};
 use crate::transfer::{NodeRun, TRAVEL_LIMIT};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -137,7 +137,7 @@ pub struct Simulation<R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>, C> {
     /// Whether the points themselves touch the tool (`touching`), in the place of the contact law; not to begin with.
     pub points_touch: bool,
     /// What they changed in this substep.
-    touched: Option<Changes>,
+    touched: Option<TouchedNodes>,
     /// Gravity or another body force; none to begin with.
     pub body_force: Option<Arc<dyn BodyForce>>,
     /// Numbers and passes.

@@ -18,7 +18,7 @@
 //! depend on how many there are.
 
 use crate::body_force::BodyForce;
-use crate::chunk::NodeSums;
+use crate::chunk::{NodeSums, TouchedNodes};
 use crate::contact::RigidTool;
 use crate::dimension::Dimension;
 use crate::grid::Layout;
@@ -33,15 +33,6 @@ use crate::transfer::first_node;
 const MOST_SWEEPS: usize = 50;
 /// Sweeps end when none changes a point's velocity by more than this part of the fastest speed (-).
 const TOLERANCE: f64 = 1e-6;
-
-/// What every node near the tool gains.
-#[derive(Clone, Debug, Default)]
-pub struct Changes {
-    /// Index of the node in the layout and its change of velocity (m/s), in rising order.
-    pub nodes: Vec<(usize, [f64; 3])>,
-    /// For the ledger and the outputs.
-    pub sums: NodeSums,
-}
 
 /// A node that a touching point reaches.
 struct Node {
@@ -78,12 +69,12 @@ pub fn solve<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>>(
     partition: &Partition<R, D, S>,
     shape: &F,
     conditions: &Conditions<'_>,
-) -> Changes {
+) -> TouchedNodes {
     let mut nodes: Vec<Node> = Vec::new();
     let mut places = std::collections::HashMap::new();
     let mut touches = find(partition, shape, conditions, &mut nodes, &mut places);
     if touches.is_empty() {
-        return Changes::default();
+        return TouchedNodes::default();
     }
     let tool = conditions.tool;
     let tool_velocity = [tool.velocity[0], tool.velocity[1], 0.0];
@@ -118,7 +109,7 @@ pub fn solve<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>>(
     }
     let mut changes: Vec<(usize, [f64; 3])> = nodes.iter().map(|node| (node.index, node.change)).collect();
     changes.sort_unstable_by_key(|change| change.0);
-    Changes { nodes: changes, sums }
+    TouchedNodes { nodes: changes, sums }
 }
 
 /// Velocity of a point on the grid relative to the tool (m/s).

@@ -77,7 +77,7 @@ fn momentum_and_energy_are_accounted_for() {
 #[test]
 fn threads_change_nothing() {
     let (mut one, mut two) = (thrown::<PlaneStrain>(), thrown::<PlaneStrain>());
-    for _ in 0..150 {
+    for _ in 0..300 {
         one.step(&DRIVE, false).expect("a stable step");
         two.step(&DRIVE, true).expect("a stable step");
     }

@@ -235,32 +235,40 @@ fn fronts(profile: &[[f64; 3]], exact: &Exact) -> [f64; 2] {
 pub const CROSSING: &str = "contact acts on nodes inside the tool only: as the face nears the next line of nodes, those \
                             behind it lose touch with the material, and the force falls until it is reached";
 
+/// Why the plastic front lags a little behind a piston that moves.
+pub const STARTING: &str = "the force is low by one percent until the face has crossed its first cell";
+
 /// Both pistons at two resolutions.
 pub fn verify(report: &mut Report) {
     let (mut stresses, mut forces) = (Vec::new(), Vec::new());
-    let cases = [
-        (Piston::AtRest, true, "points touch, face on nodes"),
-        (Piston::Moving, true, "points touch, face crossing nodes"),
-        (Piston::AtRest, false, "nodes touch, face on nodes"),
-        (Piston::Moving, false, "nodes touch, face crossing nodes"),
+    let cases: [(Piston, bool, &[i32], &str); 4] = [
+        (Piston::AtRest, true, &[200, 400], "points touch, face on nodes"),
+        (Piston::Moving, true, &[200, 400, 800], "points touch, face crossing nodes"),
+        (Piston::AtRest, false, &[200, 400], "nodes touch, face on nodes"),
+        (Piston::Moving, false, &[200, 400], "nodes touch, face crossing nodes"),
     ];
-    for (piston, points_touch, name) in cases {
-        for (cells, bound) in [(200, 1.0), (400, 0.5), (800, 0.5)] {
+    let mut momentum_error = 0.0_f64;
+    for (piston, points_touch, resolutions, name) in cases {
+        for &cells in resolutions {
+            let bound = if cells == 200 { 1.0 } else { 0.5 };
             let outcome = run(piston, points_touch, cells, 0.5);
+            momentum_error = momentum_error.max(outcome.momentum_error);
             let exact = outcome.exact;
-            let note = if piston == Piston::Moving && !points_touch { CROSSING } else { "" };
+            let note = match (piston, points_touch) {
+                (Piston::Moving, true) => STARTING,
+                (Piston::Moving, false) => CROSSING,
+                _ => "",
+            };
             let errors = [
                 ("plateau", outcome.plateau / exact.plateau),
                 ("elastic front", outcome.fronts[0] / exact.elastic_front),
                 ("plastic front", outcome.fronts[1] / exact.plastic_front),
             ];
             for (what, ratio) in errors {
-                let text = format!("{name}, {cells} cells: {what}");
                 let error = 100.0 * (ratio - 1.0);
-                report.at_most(text, error, "%", bound, if error.abs() > bound { note } else { "" });
+                let note = if error.abs() > bound { note } else { "" };
+                report.at_most(format!("{name}, {cells} cells: {what}"), error, "%", bound, note);
             }
-            let text = format!("{name}, {cells} cells: momentum less impulse");
-            report.at_most(text, outcome.momentum_error, "", 1e-10, "");
             if cells == 400 {
                 let profile = outcome.profile.iter().map(|layer| (1e3 * layer[0], 1e-9 * layer[2]));
                 stresses.push(line(name, profile.collect()));
@@ -283,6 +291,7 @@ pub fn verify(report: &mut Report) {
             }
         }
     }
+    report.at_most("momentum less impulse, worst of all runs", momentum_error, "", 1e-10, "");
     report.plot(
         "piston_shock.png",
         "Piston shock at 50 m/s, 400 cells",
