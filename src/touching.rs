@@ -12,7 +12,8 @@
 //! wherever the tool's face lies between the nodes. Pushing only and Coulomb's cone,
 //! |j_t| ≤ μ j_n, are kept at every point by projected Gauss–Seidel sweeps over the points, in the order of memory.
 //!
-//! Source: Moreau (1999), doi:10.1016/S0045-7825(98)00387-9 (contact dynamics); Jean (1999) for the projected sweeps.
+//! Source: Moreau (1999) and Jean (1999), Computer Methods in Applied Mechanics and Engineering 177 (contact dynamics, and
+//! the projected sweeps).
 //!
 //! Form of the effect: an optional pass in the place of a contact law on nodes. It runs on one thread: its result does not
 //! depend on how many there are.

@@ -383,7 +383,7 @@ fn axis_aligned_findings(report: &mut Report) {
     let charts = vec![panel("log10 error over A", lines)];
     report.plot(
         "axis_aligned.png",
-        "Axis-aligned manufactured solution, two periods",
+        "Axis-aligned manufactured solution, one period",
         "log10 of the cell (m)",
         charts,
     );
