@@ -25,7 +25,7 @@ cargo xtask COMMAND
             --set     any parameter or input of the FMU, e.g. --set friction=0 --set feed=5e-4
             --stop    end (s); otherwise 2 mm of travel     --step    communication step (s)
   verify [--out DIR]
-            run the problems with exact solutions: table and plots in target/verify (three minutes)
+            run the problems with exact solutions: table and plots in target/verify (some minutes)
   test      formatting, clippy, unit, integration and FMU tests, pytest with FMPy
   package [--portable] [--with OTHER.fmu]...
             build target/swarf.fmu; for a release always with --portable
