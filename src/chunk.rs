@@ -13,6 +13,7 @@
 //! threads, and its result does not depend on how many there are. On the overlap neighbours do the same work twice
 //! and get the same bits; sums over nodes count those that a chunk owns.
 
+use crate::body_force::BodyForce;
 use crate::contact::{ContactLaw, Correction, RigidTool};
 use crate::dimension::Dimension;
 use crate::grid::{self, FixedNodes, Layout, MARGIN, Record};
@@ -40,6 +41,15 @@ pub struct NodeSums {
     pub contact_reach: f64,
     /// Whether any node is in contact.
     pub touches: bool,
+}
+
+/// What contact with the points changes in a substep, found before the chunks set out (`touching`).
+#[derive(Clone, Debug, Default)]
+pub struct TouchedNodes {
+    /// Index of the node in the layout and its change of velocity (m/s), in rising order.
+    pub nodes: Vec<(usize, [f64; 3])>,
+    /// For the ledger and the outputs.
+    pub sums: NodeSums,
 }
 
 /// Sums of one chunk in one substep.
@@ -103,6 +113,12 @@ pub struct Substep<'a, F, M, C> {
     pub tool_after: Option<&'a RigidTool>,
     /// Nodes lighter than this (kg) stay at rest: nothing but rounding is left there.
     pub lightest: f64,
+    /// What contact with the points has been found to change, in the place of the contact law.
+    pub touched: Option<&'a TouchedNodes>,
+    /// Acceleration of the nodes by a body force, if the scene has one.
+    pub body_force: Option<&'a dyn BodyForce>,
+    /// Time at the start of the substep (s).
+    pub time: f64,
     /// Substep (s).
     pub dt: f64,
     /// Instruction set of the kernels.
@@ -136,7 +152,9 @@ impl<R: Real, D: Dimension, S> Chunk<R, D, S> {
         // Own up to the next chunk's first pencil, but no further than the nodes reach.
         let end_pencil = next.map_or(count, |next| next.min(self.pencils.end));
         let end = layout.start[end_pencil].max(owned_from);
-        self.owned = owned_from.max(nodes.start)..end.min(nodes.end).max(owned_from.max(nodes.start));
+        // A chunk without points may stand before what has been given away: it owns nothing, within its nodes.
+        let begin = owned_from.clamp(nodes.start, nodes.end);
+        self.owned = begin..end.clamp(begin, nodes.end);
         self.fixed.clear();
         for pencil in self.pencils.clone() {
             for boundary in fixed {
@@ -169,9 +187,15 @@ impl<R: Real, D: Dimension, S> Chunk<R, D, S> {
                 dimension: std::marker::PhantomData,
             },
         );
+        if let Some(force) = common.body_force {
+            self.accelerate(force, common);
+        }
         let mut sums = NodeSums::default();
         self.fix_nodes(&mut sums);
-        self.touch(common, &mut sums);
+        match common.touched {
+            Some(changes) => self.take_over(changes),
+            None => self.touch(common, &mut sums),
+        }
         let owned = self.owned.start - self.nodes.first..self.owned.end - self.nodes.first;
         sums.increment_energy = grid::increment_energy::<R, D>(
             &self.nodes.records[owned.start * D::QUADS..owned.end * D::QUADS],
@@ -210,6 +234,40 @@ impl<R: Real, D: Dimension, S> Chunk<R, D, S> {
     ) {
         self.nodes.clear();
         let _ = self.move_points(outgoing, &Substep { dt: 0.0, tool_after: None, ..*common });
+    }
+
+    /// Adds Δt b to velocity and increment of every node that has mass.
+    fn accelerate<F, M, C>(&mut self, force: &dyn BodyForce, common: &Substep<'_, F, M, C>) {
+        let layout = common.layout;
+        for pencil in self.pencils.clone() {
+            for index in layout.start[pencil]..layout.start[pencil + 1] {
+                let node = index - self.nodes.first;
+                if self.nodes.mass[node].to_f64() <= common.lightest {
+                    continue;
+                }
+                let position =
+                    layout.position::<D>(pencil, layout.low[pencil] + (index - layout.start[pencil]) as i32);
+                let acceleration = force.acceleration(position, common.time);
+                let record = &mut self.nodes.records[node * D::QUADS..(node + 1) * D::QUADS];
+                let (velocity, gain) = (grid::velocity::<R, D>(record), grid::increment::<R, D>(record));
+                let add = D::vector(|axis| common.dt * acceleration[axis]);
+                let sum = |old: D::Vector<f64>| D::vector(|axis| old[axis] + add[axis]);
+                grid::set_node::<R, D>(record, sum(velocity), sum(gain));
+            }
+        }
+    }
+
+    /// Adds to the nodes what contact with the points changes; its sums are counted where it was found.
+    fn take_over(&mut self, changes: &TouchedNodes) {
+        let end = self.nodes.first + self.nodes.count::<D>();
+        let begin = changes.nodes.partition_point(|change| change.0 < self.nodes.first);
+        for &(index, change) in changes.nodes[begin..].iter().take_while(|change| change.0 < end) {
+            let node = index - self.nodes.first;
+            let record = &mut self.nodes.records[node * D::QUADS..(node + 1) * D::QUADS];
+            let (velocity, gain) = (grid::velocity::<R, D>(record), grid::increment::<R, D>(record));
+            let sum = |old: D::Vector<f64>| D::vector(|axis| old[axis] + change[axis]);
+            grid::set_node::<R, D>(record, sum(velocity), sum(gain));
+        }
     }
 
     /// Sets fixed components to zero; their reaction does no work, and what their motion held is lost.

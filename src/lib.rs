@@ -12,12 +12,14 @@ pub mod points;
 pub mod material;
 pub mod grid;
 pub mod contact;
+pub mod body_force;
 pub mod transfer;
 pub mod chunk;
 pub mod ledger;
 pub mod partition;
 pub mod inertia;
 pub mod window;
+pub mod touching;
 pub mod locking;
 pub mod levels;
 pub mod simulation;
@@ -29,6 +31,8 @@ pub mod results;
 #[cfg(feature = "plot")]
 pub mod plot;
 pub mod parallel;
+#[cfg(feature = "study")]
+pub mod study;
 pub mod session;
 pub mod variables;
 pub mod fmi;

@@ -1,6 +1,7 @@
 //! The main loop: one explicit substep of the material point method on the solver's own clock.
 
-use crate::chunk::{Chunk, ChunkSums, NodeSums, Substep};
+use crate::body_force::BodyForce;
+use crate::chunk::{Chunk, ChunkSums, NodeSums, Substep, TouchedNodes};
 use crate::contact::{ContactLaw, RigidTool};
 use crate::dimension::Dimension;
 use crate::error::Error;
@@ -11,10 +12,12 @@ use crate::material::{ConstitutiveModel, PointReport};
 use crate::partition::{Bulk, Partition};
 use crate::shape::ShapeFunction;
 use crate::simd::{InstructionSet, Real};
+use crate::touching::{self, Conditions};
 use crate::transfer::{NodeRun, TRAVEL_LIMIT};
 use crate::window::{ActiveWindow, Edges};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Points are sorted again before any can have moved further than this along an axis (cells); together with one
 /// substep's `TRAVEL_LIMIT` it stays within the cell of margin that the grid keeps for motion.
@@ -146,6 +149,12 @@ pub struct Simulation<R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>, C> {
     pub contact: C,
     /// The tool.
     pub tool: RigidTool,
+    /// Whether the points themselves touch the tool (`touching`), in the place of the contact law; not to begin with.
+    pub points_touch: bool,
+    /// What they changed in this substep.
+    touched: Option<TouchedNodes>,
+    /// Gravity or another body force; none to begin with.
+    pub body_force: Option<Arc<dyn BodyForce>>,
     /// Numbers and passes.
     pub options: Options,
     /// Volumetric locking control, if the scene names it.
@@ -197,6 +206,9 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
             model,
             contact,
             tool,
+            points_touch: false,
+            touched: None,
+            body_force: None,
             options,
             locking_control,
             lightest,
@@ -234,6 +246,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
     ) {
         let mut tool_after = self.tool.clone();
         tool_after.advance(dt);
+        let touched = std::mem::take(&mut self.touched);
         let Partition { layout, chunks, incoming, outgoing, .. } = &mut self.partition;
         let common = Substep {
             layout,
@@ -243,6 +256,9 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
             tool: &self.tool,
             tool_after: Some(&tool_after),
             lightest: self.lightest,
+            touched: touched.as_ref(),
+            body_force: self.body_force.as_deref(),
+            time: self.progress.clock,
             dt,
             instructions: self.options.instructions,
         };
@@ -255,12 +271,28 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
                 .zip(outgoing)
                 .for_each(|(chunk, outgoing)| work(chunk, incoming, outgoing, &common));
         }
+        self.touched = touched;
+    }
+
+    /// Solves the contact with the points for a substep of `dt` (s).
+    fn touch_points(&mut self, dt: f64) {
+        let conditions = Conditions {
+            tool: &self.tool,
+            body_force: self.body_force.as_deref(),
+            lightest: self.lightest,
+            time: [self.progress.clock, dt],
+        };
+        self.touched = Some(touching::solve(&self.partition, &self.shape, &conditions));
     }
 
     /// Adds the chunks' sums to the totals, in the order of the chunks.
     fn collect(&mut self, dt: f64) -> Result<(), Error> {
         let mut nodes = NodeSums::default();
         let (mut travel, mut volume_ratio) = (0.0_f64, 0.0_f64);
+        if let Some(changes) = &self.touched {
+            nodes = changes.sums;
+            self.progress.ledger.add(&ChunkSums { nodes, ..ChunkSums::default() });
+        }
         for chunk in &self.partition.chunks {
             let sums: &ChunkSums = &chunk.sums;
             self.progress.ledger.add(sums);
@@ -334,6 +366,9 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
         let dt = self.time_step(drive);
         self.tool.velocity = drive.velocity;
         self.tool.friction = drive.friction;
+        if self.points_touch {
+            self.touch_points(dt);
+        }
         self.for_each_chunk(dt, parallel, |chunk, incoming, outgoing, common| {
             chunk.substep(incoming, outgoing, common);
         });

@@ -11,6 +11,7 @@ mod process;
 mod setup;
 mod test;
 mod valgrind;
+mod verify;
 mod windows;
 mod wine;
 
@@ -25,6 +26,8 @@ cargo xtask COMMAND
             --paper   120,000 points, as the paper          --quick   about 1,900 points, a first look
             --set     any parameter or input of the FMU, e.g. --set friction=0 --set feed=0.5mm --set tool.rake_angle=10deg
             --stop    end (s); otherwise 2 mm of travel     --step    communication step (s)
+  verify [--out DIR]
+            run the problems with exact solutions: table and plots in target/verify (some minutes)
   test      formatting, clippy, unit, integration and FMU tests, pytest with FMPy
   package [--portable] [--windows] [--with OTHER.fmu]...
             build target/swarf.fmu; for a release always with --portable --windows
@@ -57,6 +60,7 @@ fn main() -> ExitCode {
         ["fuzz", rest @ ..] => fuzz::run(rest),
         ["valgrind"] => valgrind::run(),
         ["wine", rest @ ..] => wine::run(rest),
+        ["verify", rest @ ..] => verify::run(rest),
         ["describe"] => describe::description(false),
         ["describe", "--check"] => describe::description(true),
         ["readme"] => describe::readme(false),

@@ -1,0 +1,3 @@
+//! Studies of the solver. Not part of the shipped library (feature `study`).
+
+pub mod verification;
