@@ -59,6 +59,8 @@ pub struct ReferenceLoop {
     grid: Grid,
     material: Constants,
     tool: RigidTool,
+    /// Box around the tool's shape (m).
+    bounds: ([f64; 2], [f64; 2]),
     cell: f64,
     /// Node at the origin of positions.
     corner: [i32; 2],
@@ -164,6 +166,7 @@ impl ReferenceLoop {
             points,
             grid,
             material: constants.clone(),
+            bounds: tool.shape.bounds(),
             tool,
             cell: lattice.cell,
             corner: [lattice.corner[0], lattice.corner[1]],
@@ -296,8 +299,12 @@ impl ReferenceLoop {
 
     /// The tool's normal and signed distance (m) at a position (m), where that is inside it.
     fn inside_tool(&self, position: [f64; 2]) -> Option<([f64; 2], f64)> {
-        let [x, y] = self.tool.position;
-        let closest = self.tool.shape.closest([position[0] - x, position[1] - y]);
+        let relative = [position[0] - self.tool.position[0], position[1] - self.tool.position[1]];
+        let (low, high) = self.bounds;
+        if (0..2).any(|axis| relative[axis] < low[axis] || relative[axis] > high[axis]) {
+            return None;
+        }
+        let closest = self.tool.shape.closest(relative);
         (closest.distance < 0.0).then_some((closest.normal, closest.distance))
     }
 
