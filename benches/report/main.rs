@@ -140,15 +140,18 @@ fn measure(extent: Extent) -> Value {
         }
     }
 
-    let mut cuts = Vec::new();
-    if extent == Extent::Full {
-        println!("\nthe paper's cut, 120,000 points, 2 mm, at each level of speed:");
-        let levels = levels::run_all(SPACINGS[2]);
-        for cut in &levels {
-            cut.print(&levels[0]);
-            cuts.push(cut.to_json(&levels[0]));
-        }
-    }
+    let spacing = match extent {
+        Extent::Quick => SPACINGS[0],
+        Extent::Usual => SPACINGS[1],
+        Extent::Full => SPACINGS[2],
+    };
+    println!(
+        "\nthe paper's cut over 2 mm with points {:.0} µm apart, at each level of speed:",
+        spacing * 1e6
+    );
+    let levels = levels::run_all(spacing);
+    levels.iter().for_each(|cut| cut.print(&levels[0]));
+    let cuts: Vec<Value> = levels.iter().map(|cut| cut.to_json(&levels[0])).collect();
     json!({
         "version": swarf::VERSION,
         "load_average_before": load,
@@ -160,7 +163,7 @@ fn measure(extent: Extent) -> Value {
         "comparison_with_plain_loop": comparison.to_json(),
         "phases": phases.to_json(),
         "rows": lines,
-        "paper_cut": cuts,
+        "paper_cut": {"point_spacing_m": spacing, "levels": cuts},
     })
 }
 

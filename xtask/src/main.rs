@@ -33,7 +33,7 @@ cargo xtask COMMAND
             coverage-guided random calls on the C functions (15 minutes; needs a C++ compiler)
   bench [--quick | --full]
             the machine's peak, speed of whole cuts, time by phase, also in target/bench/bench.json
-            --quick   under a minute          --full   long warm-ups, and the paper's cut at each level of speed
+            --quick   under a minute          --full   long warm-ups, and the whole cut with the paper's 120,000 points
   bench --kernels [FILTER]
             single kernels under Criterion
   bench --instructions [--write]
