@@ -178,7 +178,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Heap<R, D, S> {
         self.blocks[k / BLOCK].copy_points(k % BLOCK, &from, last % BLOCK, 1);
         self.blocks[last / BLOCK].volume[last % BLOCK] = R::ZERO;
         self.count = last;
-        if last % BLOCK == 0 {
+        if last.is_multiple_of(BLOCK) {
             self.blocks.pop();
         }
     }

@@ -59,6 +59,8 @@ pub struct ReferenceLoop {
     grid: Grid,
     material: Constants,
     tool: RigidTool,
+    /// Box around the tool's shape (m).
+    bounds: ([f64; 2], [f64; 2]),
     cell: f64,
     /// Node at the origin of positions.
     corner: [i32; 2],
@@ -164,6 +166,7 @@ impl ReferenceLoop {
             points,
             grid,
             material: constants.clone(),
+            bounds: tool.shape.bounds(),
             tool,
             cell: lattice.cell,
             corner: [lattice.corner[0], lattice.corner[1]],
@@ -216,13 +219,12 @@ impl ReferenceLoop {
     fn nodes_around(&self, p: usize, mut visit: impl FnMut(usize, f64, f64, f64)) {
         let (x, y) = (self.points.x[p] / self.cell, self.points.y[p] / self.cell);
         let (i, j) = (x.round(), y.round());
-        for di in [-1.0, 0.0, 1.0] {
-            let (wx, gx) = (weight(x - i - di), slope(x - i - di) / self.cell);
-            for dj in [-1.0, 0.0, 1.0] {
-                let (wy, gy) = (weight(y - j - dj), slope(y - j - dj) / self.cell);
-                let column = (i + di) as i32 + self.corner[0];
-                let row = (j + dj) as i32 + self.corner[1];
-                visit(column as usize * self.grid.rows + row as usize, wx * wy, gx * wy, wx * gy);
+        let along = |r: f64| [-1.0, 0.0, 1.0].map(|step| (weight(r - step), slope(r - step) / self.cell));
+        let (in_x, in_y) = (along(x - i), along(y - j));
+        let first = [i as i32 + self.corner[0] - 1, j as i32 + self.corner[1] - 1].map(|node| node as usize);
+        for (k, (wx, gx)) in in_x.into_iter().enumerate() {
+            for (l, (wy, gy)) in in_y.into_iter().enumerate() {
+                visit((first[0] + k) * self.grid.rows + first[1] + l, wx * wy, gx * wy, wx * gy);
             }
         }
     }
@@ -296,8 +298,12 @@ impl ReferenceLoop {
 
     /// The tool's normal and signed distance (m) at a position (m), where that is inside it.
     fn inside_tool(&self, position: [f64; 2]) -> Option<([f64; 2], f64)> {
-        let [x, y] = self.tool.position;
-        let closest = self.tool.shape.closest([position[0] - x, position[1] - y]);
+        let relative = [position[0] - self.tool.position[0], position[1] - self.tool.position[1]];
+        let (low, high) = self.bounds;
+        if (0..2).any(|axis| relative[axis] < low[axis] || relative[axis] > high[axis]) {
+            return None;
+        }
+        let closest = self.tool.shape.closest(relative);
         (closest.distance < 0.0).then_some((closest.normal, closest.distance))
     }
 
@@ -362,9 +368,9 @@ impl ReferenceLoop {
             ];
             let (exx, eyy, exy) = (g[0], g[3], (g[1] + g[2]) / 2.0);
             let third = (exx + eyy) / 3.0;
-            // Q = (I − ω/2)⁻¹ (I + ω/2): a rotation by twice the arctangent of half the spin.
-            let angle = 2.0 * ((g[2] - g[1]) / 4.0).atan();
-            let (sin, cos) = angle.sin_cos();
+            // Q = (I − ω/2)⁻¹ (I + ω/2): a rotation by twice the angle whose tangent is half the spin.
+            let t = (g[2] - g[1]) / 4.0;
+            let (sin, cos) = (2.0 * t / (1.0 + t * t), (1.0 - t * t) / (1.0 + t * t));
             let (sxx, syy, sxy) = (self.points.sxx[p], self.points.syy[p], self.points.sxy[p]);
             let turned = [
                 cos * cos * sxx - 2.0 * cos * sin * sxy + sin * sin * syy,

@@ -2,6 +2,7 @@
 //!
 //! Every command fetches and builds what it needs into the repository's own folders (`.venv`, `target`).
 
+mod bench;
 mod describe;
 mod documentation;
 mod fuzz;
@@ -40,6 +41,13 @@ cargo xtask COMMAND
             --tests      the unit tests and those of the interface there, too
   fuzz [--minutes N] [--address-sanitizer]
             coverage-guided random calls on the C functions (15 minutes; needs a C++ compiler)
+  bench [--quick | --full]
+            the machine's peak, speed of whole cuts, time by phase, also in target/bench/bench.json
+            --quick   under a minute          --full   long warm-ups, and the whole cut with the paper's 120,000 points
+  bench --kernels [FILTER]
+            single kernels under Criterion
+  bench --instructions [--write]
+            instructions of each kernel against tests/data/instruction_counts.toml, or write that file (valgrind)
   valgrind  load, run and free the packaged FMU under memcheck
   describe [--check]   write modelDescription/modelDescription.xml, or fail where it is stale
   readme [--check]     write the variable table in README.md, or fail where it is stale
@@ -57,6 +65,7 @@ fn main() -> ExitCode {
         ["cut", rest @ ..] => cut(rest),
         ["test"] => test::run(),
         ["package", rest @ ..] => packaged(rest),
+        ["bench", rest @ ..] => bench::run(rest),
         ["fuzz", rest @ ..] => fuzz::run(rest),
         ["valgrind"] => valgrind::run(),
         ["wine", rest @ ..] => wine::run(rest),

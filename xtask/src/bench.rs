@@ -1,0 +1,185 @@
+//! `cargo xtask bench`: speeds (never asserted, since they depend on the machine and its other work) and instruction
+//! counts (compared with committed ones, since they do not).
+//!
+//! The speeds come from `benches/report`, single kernels under Criterion from `benches/kernels.rs`. For the counts,
+//! callgrind runs a kernel twice, a different number of times: the difference is the kernel's own.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+use serde::Deserialize;
+
+use crate::{Outcome, process, root, target};
+
+/// How often each kernel runs in the first and in the second run.
+const TIMES: [u32; 2] = [2, 22];
+
+/// The committed counts.
+#[derive(Deserialize)]
+struct Committed {
+    /// By how much a count may exceed its committed one (-).
+    tolerance: f64,
+    /// The compiler that the counts belong to.
+    rustc: String,
+    /// Instructions per point and run of each kernel.
+    instructions_per_point: BTreeMap<String, f64>,
+}
+
+/// The command.
+///
+/// # Errors
+/// An unknown argument, a failed build or run, or counts above the committed ones.
+pub fn run(arguments: &[&str]) -> Outcome {
+    match arguments {
+        ["--instructions"] => check_instructions(false),
+        ["--instructions", "--write"] => check_instructions(true),
+        ["--kernels", rest @ ..] => {
+            let mut command = process::cargo(&["bench", "--package", "swarf", "--bench", "kernels", "--"]);
+            process::run(command.args(rest))
+        }
+        [] | ["--quick" | "--full"] => {
+            let out = target().join("bench/bench.json");
+            std::fs::create_dir_all(target().join("bench"))
+                .map_err(|e| format!("cannot make '{}': {e}", target().join("bench").display()))?;
+            let mut command = report();
+            process::run(command.arg("--").args(arguments).arg("--out").arg(out))
+        }
+        other => Err(format!("bench: unknown arguments '{}'", other.join(" "))),
+    }
+}
+
+/// Why instructions cannot be counted here, if so.
+pub fn cannot_count() -> Option<String> {
+    let version =
+        Command::new("valgrind").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+    if !version.is_ok_and(|status| status.success()) {
+        return Some("valgrind is missing (Debian or Ubuntu: apt-get install valgrind)".into());
+    }
+    #[cfg(target_arch = "x86_64")]
+    if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+        return None;
+    }
+    Some("the committed counts are those of AVX2, which this processor lacks".into())
+}
+
+/// Counts and compares, or writes.
+///
+/// # Errors
+/// Names the kernels that need more instructions than committed.
+pub fn check_instructions(writes: bool) -> Outcome {
+    if let Some(why) = cannot_count() {
+        return Err(format!("no instruction counts: {why}"));
+    }
+    let path = committed_path();
+    let text = process::read(&path)?;
+    let committed: Committed = toml::from_str(&text).map_err(|e| format!("'{}': {e}", path.display()))?;
+    let rustc = rustc_version()?;
+    process::run(report().arg("--no-run"))?;
+    let mut counted = BTreeMap::new();
+    let mut exceeding = Vec::new();
+    println!("{:<28} {:>14} {:>14}", "instructions per point", "counted", "committed");
+    for (kernel, &bound) in &committed.instructions_per_point {
+        let count = per_point(kernel)?;
+        let change = 100.0 * (count / bound - 1.0);
+        println!("{kernel:<28} {count:>14.1} {bound:>14.1}  {change:+.1} %");
+        if count > bound * (1.0 + committed.tolerance) {
+            exceeding.push(format!("{kernel} {count:.1} instead of {bound:.1} ({change:+.1} %)"));
+        } else if count < bound * (1.0 - committed.tolerance) {
+            println!("  fewer than committed: keep it with `cargo xtask bench --instructions --write`");
+        }
+        counted.insert(kernel.clone(), count);
+    }
+    if writes {
+        let head: String =
+            text.lines().take_while(|line| line.starts_with('#')).map(|l| format!("{l}\n")).collect();
+        let lines: String =
+            counted.iter().map(|(kernel, count)| format!("{kernel} = {count:.1}\n")).collect();
+        let tolerance = committed.tolerance;
+        let all = format!(
+            "{head}tolerance = {tolerance}\nrustc = \"{rustc}\"\n\n[instructions_per_point]\n{lines}"
+        );
+        return process::write(&path, all.as_bytes());
+    }
+    if exceeding.is_empty() {
+        return Ok(());
+    }
+    let compiler = if rustc == committed.rustc {
+        String::new()
+    } else {
+        format!(" (the committed counts are those of rustc {}, this is {rustc})", committed.rustc)
+    };
+    Err(format!(
+        "more instructions than '{}' allows{compiler}: {}; if the change is worth it, commit the new counts with \
+         `cargo xtask bench --instructions --write`",
+        path.display(),
+        exceeding.join(", ")
+    ))
+}
+
+/// Instructions per point of one run of a kernel.
+fn per_point(kernel: &str) -> Outcome<f64> {
+    let [few, many] = TIMES;
+    let ((points, less), (_, more)) = (count(kernel, few)?, count(kernel, many)?);
+    Ok((more - less) / (points * f64::from(many - few)))
+}
+
+/// Points of a kernel's scene, and instructions of the whole program.
+fn count(kernel: &str, times: u32) -> Outcome<(f64, f64)> {
+    let log = target().join("bench/callgrind.log");
+    process::write(&log, b"")?;
+    let mut command = report();
+    let runner = format!(
+        "target.'cfg(all())'.runner=['valgrind', '--tool=callgrind', '--callgrind-out-file=/dev/null', '--log-file={}']",
+        log.display()
+    );
+    command.args(["--quiet", "--config", &runner, "--", "count", kernel, &times.to_string()]);
+    let printed = process::output(&mut command)?;
+    let words: Vec<&str> = printed.split_whitespace().collect();
+    let ["points", points, "instructions", set] = words[..] else {
+        return Err(format!("'{kernel}' printed '{printed}' under callgrind"));
+    };
+    // Valgrind has its own idea of the processor; the counts must be those of the path that users run.
+    let expected = if kernel.ends_with("_portable") { "portable" } else { "avx2" };
+    if set != expected {
+        return Err(format!("'{kernel}' ran with {set} instructions under callgrind, not {expected}"));
+    }
+    let log = process::read(&log)?;
+    let collected =
+        log.lines().find_map(|line| line.split_once("Collected :")).map(|(_, number)| number.trim());
+    let number = |text: &str| text.parse::<f64>().map_err(|e| format!("callgrind's '{text}': {e}"));
+    Ok((number(points)?, number(collected.ok_or("callgrind collected nothing")?)?))
+}
+
+/// The benchmark program, as a command to which arguments can be added.
+fn report() -> Command {
+    process::cargo(&["bench", "--package", "swarf", "--bench", "report"])
+}
+
+fn committed_path() -> PathBuf {
+    root().join("tests/data/instruction_counts.toml")
+}
+
+/// The compiler's version number.
+fn rustc_version() -> Outcome<String> {
+    let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let text = process::output(process::in_repository(Command::new(rustc)).arg("--version"))?;
+    Ok(text.split_whitespace().nth(1).unwrap_or("unknown").to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tolerance of more than a few percent would guard nothing, and a count of none compares with nothing.
+    #[test]
+    fn the_committed_counts_are_a_guard() {
+        let text = process::read(&committed_path()).expect("the file is committed");
+        let committed: Committed = toml::from_str(&text).expect("its three entries");
+        assert!((0.0..=0.05).contains(&committed.tolerance), "tolerance {}", committed.tolerance);
+        assert!(committed.instructions_per_point.len() >= 5, "{:?}", committed.instructions_per_point);
+        for (kernel, count) in &committed.instructions_per_point {
+            assert!(*count > 1.0, "{kernel} = {count}");
+        }
+    }
+}
