@@ -120,6 +120,8 @@ impl Row {
         }
         let (mut rates, mut critical, mut substeps, mut yielding) = (vec![], vec![], 0, 0.0);
         for _ in 0..effort.samples {
+            // Each sample starts from the same state: a small cut would be over after the first.
+            let mut session = session.clone();
             let sample = run(&mut session, effort.sample)?;
             let steps = session.outputs().substeps;
             substeps += steps as u32;
@@ -181,7 +183,7 @@ struct Sample {
     critical: f64,
 }
 
-/// Advances until the critical thread has used `seconds` of CPU time.
+/// Advances until the critical thread has used `seconds` of CPU time or the tool has travelled 0.3 mm.
 fn run(session: &mut Session, seconds: f64) -> Result<Sample, String> {
     let (process, threads) = (ProcessTime::now(), thread_times());
     let mut sample = Sample { process: 0.0, critical: 0.0 };
@@ -195,7 +197,8 @@ fn run(session: &mut Session, seconds: f64) -> Result<Sample, String> {
     };
     // A second of cutting is never reached.
     let end = session.time() + 1.0;
-    match session.advance_to(end, &mut |_| take()).map_err(|e| e.to_string())? {
+    let cut = session.time() + 3e-4 / SPEED;
+    match session.advance_to(end, &mut |clock| take() && clock < cut).map_err(|e| e.to_string())? {
         Advance::StoppedAt(_) => Ok(sample),
         Advance::Reached => Err("the cut ended before the measurement".into()),
     }
