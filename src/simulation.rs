@@ -23,6 +23,9 @@ use std::sync::Arc;
 /// substep's `TRAVEL_LIMIT` it stays within the cell of margin that the grid keeps for motion.
 const SORT_TRAVEL: f64 = 0.5;
 
+/// Speed over that of sound beyond which a point is lost to an instability (-).
+const FASTEST: f64 = 5.0;
+
 /// What the clock, the tool and the time step need to go on, and the running totals.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
@@ -310,6 +313,16 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
                 self.progress.clock, self.options.courant
             )));
         }
+        let fastest = travel * self.partition.layout.cell / dt;
+        let sound = self.model.sound_speed(volume_ratio);
+        if fastest > FASTEST * sound {
+            // Substeps would shrink with its speed and never come to an end.
+            return Err(Error::Unstable(format!(
+                "the run became unstable at t = {:.6e} s: a point flies at {fastest:.3e} m/s, more than {FASTEST} times \
+                 the speed of sound ({sound:.3e} m/s)",
+                self.progress.clock
+            )));
+        }
         let progress = &mut self.progress;
         progress.contact_reach = nodes.contact_reach;
         progress.touches = [nodes.touches, nodes.touches || progress.touches[1]];
@@ -317,7 +330,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
             let [x, y] = self.tool.velocity;
             progress.cut_length += dt * x.hypot(y);
         }
-        progress.fastest = travel * self.partition.layout.cell / dt;
+        progress.fastest = fastest;
         progress.volume_ratio = volume_ratio;
         progress.travel += travel;
         progress.travel_uncontrolled += travel;
