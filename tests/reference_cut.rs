@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Mutex, OnceLock};
 use swarf::fields::{Outputs, PointFields};
-use swarf::scene::{Inputs, Scene};
+use swarf::scene::{Inputs, Scene, Speed};
 use swarf::session::{Advance, Session};
 
 /// Speed of the tool (m/s) and communication step (s): 0.05 mm of travel.
@@ -36,6 +36,9 @@ struct Forces {
     thrust: f64,
     /// Contrast of the chip's shear bands (-), see `band_contrast`.
     bands: f64,
+    /// Mean plastic strain of the chip (-) and its mean rise of temperature (K) at the end.
+    strain: f64,
+    rise: f64,
 }
 
 /// Cuts 1.6 mm and checks at every communication point what must hold in any cut.
@@ -56,7 +59,8 @@ fn cut(scene: &Scene) -> Forces {
     for k in 1..=32 {
         advance(&mut session, f64::from(k) * STEP);
         let o = session.outputs();
-        check_outputs(o, count, k, &name);
+        let is_exact = scene.numerics.speed == Speed::Exact;
+        check_outputs(o, count, is_exact, k, &name);
         worst_balance = worst_balance.max(o.balance_error.abs());
         smallest = smallest.min(o.min_jacobian);
         let (far, pressure) = check_points(&session, k, &name);
@@ -81,9 +85,17 @@ fn cut(scene: &Scene) -> Forces {
         o.peak_strain_p999
     );
     assert_eq!(o.chip_state, 3, "{name}: the tool is not cutting");
-    let bands = band_contrast(scene, &start, &session.point_fields());
+    let end = session.point_fields();
+    let bands = band_contrast(scene, &start, &end);
+    let is_chip = |strain: f64, y: f64| strain > 0.05 && y > o.tool_position_y;
+    let chip: Vec<f64> = (end.plastic_strain.iter().zip(&end.position))
+        .filter_map(|(&strain, position)| is_chip(strain, position[1]).then_some(strain))
+        .collect();
+    let strain = chip.iter().sum::<f64>() / chip.len() as f64;
+    let rise = o.chip_temperature - scene.workpiece.initial_temperature;
+    println!("{name}: mean strain of the chip {strain:.4}, rise of temperature {rise:.1} K");
     println!("{name}: contrast of the shear bands {bands:.3}");
-    Forces { cutting, thrust, bands }
+    Forces { cutting, thrust, bands, strain, rise }
 }
 
 /// Contrast of the chip's shear bands: rms of the plastic strain along a fibre of the chip, less its moving mean over
@@ -110,14 +122,17 @@ fn band_contrast(scene: &Scene, start: &PointFields, end: &PointFields) -> f64 {
 }
 
 /// What holds at every communication point, by the acceptance.
-fn check_outputs(o: &Outputs, count: usize, k: i32, name: &str) {
+fn check_outputs(o: &Outputs, count: usize, is_exact: bool, k: i32, name: &str) {
     assert!(
         o.balance_error.abs() < 0.01,
         "{name}, {k} µs: {} of the tool's work is unaccounted for",
         o.balance_error
     );
     assert!(o.min_jacobian > 0.3, "{name}, {k} µs: a volume ratio of {}", o.min_jacobian);
-    assert_eq!((o.active_points as usize, o.retired_points), (count, 0), "{name}, {k} µs: points were lost");
+    // A level's window leaves points at rest.
+    let active = o.active_points as usize;
+    let all_there = if is_exact { active == count } else { active < count };
+    assert!(all_there && o.retired_points == 0, "{name}, {k} µs: {active} of {count} points move");
     // Forces, chip and energies are numbers and have the sign they must have.
     for (what, value) in [
         ("tool work", o.tool_work),
@@ -133,8 +148,10 @@ fn check_outputs(o: &Outputs, count: usize, k: i32, name: &str) {
     assert!(o.cutting_force >= 0.0, "{name}, {k} µs: cutting force {} N", o.cutting_force);
     // Nine tenths of the plastic work is stored as heat, and nothing else heats.
     let heat = 0.9 * o.plastic_work;
+    // In single precision a substep's rise of some 1e-2 K is rounded to 3e-5 K, up and down.
+    let rounding = if is_exact { 1e-9 } else { 1e-4 };
     assert!(
-        (o.thermal_energy - heat).abs() <= 1e-9 * heat,
+        (o.thermal_energy - heat).abs() <= rounding * heat,
         "{name}, {k} µs: heat {} J of {heat} J",
         o.thermal_energy
     );
@@ -277,6 +294,27 @@ fn the_reference_cut_takes_470_to_540_newtons_per_millimetre() {
 fn the_reference_chip_has_shear_bands() {
     let bands = forces(REFERENCE, 0.2, 0.0, 3e-4).bands;
     assert!(bands > 0.06, "contrast of the shear bands {bands}");
+}
+
+/// The bounds of the levels are the issue's: 0.5 % of the force, 3 % of the thrust or 1 % of the force, 1 % of mean strain and
+/// temperature for `balanced`; 2 % and 6 % for `fast`, here with 2 % for the means.
+#[test]
+fn levels_keep_what_they_promise() {
+    let exact = forces(REFERENCE, 0.2, 0.0, 3e-4);
+    for (speed, [force, thrust, mean]) in
+        [(Speed::Balanced, [0.005, 0.03, 0.01]), (Speed::Fast, [0.02, 0.06, 0.02])]
+    {
+        let mut scene = scene(REFERENCE, 0.2, 0.0, 3e-4);
+        scene.numerics.speed = speed;
+        let level = cut(&scene);
+        println!("{speed:?}: {level:?}, exact {exact:?}");
+        let change = |a: f64, b: f64| (b - a).abs() / a.abs();
+        assert!(change(exact.cutting, level.cutting) <= force, "{speed:?}: {level:?}, exact {exact:?}");
+        let allowed = (thrust * exact.thrust.abs()).max(0.01 * exact.cutting);
+        assert!((level.thrust - exact.thrust).abs() <= allowed, "{speed:?}: {level:?}, exact {exact:?}");
+        assert!(change(exact.strain, level.strain) <= mean, "{speed:?}: {level:?}, exact {exact:?}");
+        assert!(change(exact.rise, level.rise) <= mean, "{speed:?}: {level:?}, exact {exact:?}");
+    }
 }
 
 /// A session in the middle of a cut, at 10 µs.

@@ -50,7 +50,7 @@ pub fn run(arguments: &[&str]) -> Outcome {
 }
 
 /// Why instructions cannot be counted here, if so.
-pub fn cannot_count() -> Option<String> {
+fn cannot_count() -> Option<String> {
     let version =
         Command::new("valgrind").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
     if !version.is_ok_and(|status| status.success()) {
@@ -67,7 +67,7 @@ pub fn cannot_count() -> Option<String> {
 ///
 /// # Errors
 /// Names the kernels that need more instructions than committed.
-pub fn check_instructions(writes: bool) -> Outcome {
+fn check_instructions(writes: bool) -> Outcome {
     if let Some(why) = cannot_count() {
         return Err(format!("no instruction counts: {why}"));
     }

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use crate::setup::Tools;
-use crate::{Outcome, bench, describe, package, process, root, setup};
+use crate::{Outcome, describe, package, process, root, setup};
 
 /// Checks of the physics run optimised, with debug assertions; link-time optimisation would only cost build time.
 pub const OPTIMISED: [&str; 7] = [
@@ -36,10 +36,6 @@ pub fn run() -> Outcome {
         process::run(command.args(["--features", "swarf/plot"]).args(OPTIMISED))
     });
     let fmu = stages.run("package", package::build);
-    match bench::cannot_count() {
-        None => _ = stages.run("instruction counts", || bench::check_instructions(false)),
-        Some(why) => stages.skip("instruction counts", why),
-    }
     stages.run("FMU through the fmi crate", || {
         fmu.as_ref().ok_or("no FMU was packaged")?;
         let mut command = process::cargo(&["test", "--package", "swarf-master", "--no-fail-fast"]);
@@ -65,16 +61,9 @@ fn ready(tools: &Option<Tools>) -> Outcome<&Tools> {
     tools.as_ref().ok_or_else(|| "the set-up failed".into())
 }
 
-/// How a stage ended.
-enum End {
-    Passed,
-    Failed,
-    Skipped(String),
-}
-
 /// What ran, for how long, and how it ended.
 #[derive(Default)]
-struct Stages(Vec<(&'static str, f64, End)>);
+struct Stages(Vec<(&'static str, f64, Option<String>)>);
 
 impl Stages {
     fn run<T>(&mut self, name: &'static str, work: impl FnOnce() -> Outcome<T>) -> Option<T> {
@@ -82,36 +71,25 @@ impl Stages {
         let begin = Instant::now();
         let outcome = work();
         let seconds = begin.elapsed().as_secs_f64();
-        let (value, end) = match outcome {
-            Ok(value) => (Some(value), End::Passed),
+        let (value, failure) = match outcome {
+            Ok(value) => (Some(value), None),
             Err(text) => {
                 eprintln!("xtask: {text}");
-                (None, End::Failed)
+                (None, Some(text))
             }
         };
-        self.0.push((name, seconds, end));
+        self.0.push((name, seconds, failure));
         value
-    }
-
-    /// Notes a stage that this machine cannot run.
-    fn skip(&mut self, name: &'static str, why: String) {
-        println!("\n== {name}\nSKIPPED: {why}");
-        self.0.push((name, 0.0, End::Skipped(why)));
     }
 
     fn report(&self) -> Outcome {
         println!("\n== stages");
-        for (name, seconds, end) in &self.0 {
-            let end = match end {
-                End::Passed => "ok".to_string(),
-                End::Failed => "FAILED".to_string(),
-                End::Skipped(why) => format!("SKIPPED: {why}"),
-            };
-            println!("{name:<28} {seconds:7.1} s  {end}");
+        for (name, seconds, failure) in &self.0 {
+            println!("{:<28} {seconds:7.1} s  {}", name, if failure.is_some() { "FAILED" } else { "ok" });
         }
         println!("{:<28} {:7.1} s", "all", self.0.iter().map(|stage| stage.1).sum::<f64>());
         let failed: Vec<&str> =
-            self.0.iter().filter(|stage| matches!(stage.2, End::Failed)).map(|stage| stage.0).collect();
+            self.0.iter().filter(|stage| stage.2.is_some()).map(|stage| stage.0).collect();
         if failed.is_empty() { Ok(()) } else { Err(format!("failed: {}", failed.join(", "))) }
     }
 }
