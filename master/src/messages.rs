@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use indicatif::ProgressBar;
 use log::{Level, Log, Metadata, Record};
@@ -13,11 +14,17 @@ pub const INSTANCE: &str = "cut";
 
 struct Messages {
     bar: Mutex<Option<ProgressBar>>,
+    /// Whether the run tells its own progress.
+    is_running: AtomicBool,
     /// Lines that came before there was a file, or the file.
     file: Mutex<Result<File, String>>,
 }
 
-static MESSAGES: Messages = Messages { bar: Mutex::new(None), file: Mutex::new(Err(String::new())) };
+static MESSAGES: Messages = Messages {
+    bar: Mutex::new(None),
+    is_running: AtomicBool::new(false),
+    file: Mutex::new(Err(String::new())),
+};
 /// Letters of a message on the terminal; the file has it whole.
 const SHOWN: usize = 400;
 
@@ -45,8 +52,9 @@ pub fn into_file(path: &Path, head: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Names the bar to be kept whole, or none.
-pub fn around(bar: Option<&ProgressBar>) {
+/// Says whether the run tells its own progress, and names the bar to be kept whole, if there is one.
+pub fn around(is_running: bool, bar: Option<&ProgressBar>) {
+    MESSAGES.is_running.store(is_running, Ordering::Relaxed);
     if let Ok(mut place) = MESSAGES.bar.lock() {
         *place = bar.cloned();
     }
@@ -82,8 +90,8 @@ impl Log for Messages {
             line
         };
         match self.bar.lock().ok().and_then(|bar| bar.clone()) {
-            // The bar tells how far the run has come; the file has the solver's own account of it.
-            Some(_) if record.level() > Level::Warn => {}
+            // The run tells how far it has come; the file has the solver's own account of it.
+            _ if MESSAGES.is_running.load(Ordering::Relaxed) && record.level() > Level::Warn => {}
             Some(bar) => bar.suspend(|| eprintln!("{line}")),
             None => eprintln!("{line}"),
         }

@@ -162,7 +162,7 @@ fn progress_bar(count: u64) -> Progress {
         bar.enable_steady_tick(Duration::from_millis(500));
         bar
     });
-    messages::around(bar.as_ref());
+    messages::around(true, bar.as_ref());
     Progress { bar, count, begin: Instant::now() }
 }
 
@@ -180,7 +180,7 @@ impl Progress {
     }
 
     fn end(&self) {
-        messages::around(None);
+        messages::around(false, None);
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
