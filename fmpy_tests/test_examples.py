@@ -148,7 +148,7 @@ def test_messages_of_the_solver(slave):
     initialize(slave)
     slave.doStep(0.0, 1e-6)
 
-    first, second = MESSAGES[slave.instanceName]
+    first, *_, second = MESSAGES[slave.instanceName]
     assert "solver: effects: plasticity (AISI 4340)" in first
     substeps = slave.getInteger([slave.reference["numerics.substeps"]])[0]
     assert f"{substeps} substeps" in second

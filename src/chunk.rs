@@ -14,11 +14,12 @@
 //! and get the same bits; sums over nodes count those that a chunk owns.
 
 use crate::body_force::BodyForce;
-use crate::contact::{ContactLaw, Correction, RigidTool};
+use crate::contact::{Contact, Correction, RigidTool};
 use crate::dimension::Dimension;
 use crate::grid::{self, FixedNodes, Layout, MARGIN, Record};
+use crate::guards::{Bounds, BoundsPass};
 use crate::material::ConstitutiveModel;
-use crate::points::Block;
+use crate::points::{Block, PointState};
 use crate::shape::ShapeFunction;
 use crate::simd::{InstructionSet, Kernel, Real, Simd, dispatch};
 use crate::transfer::{NodeRun, PassSums, PointsPass};
@@ -27,7 +28,7 @@ use std::ops::Range;
 /// What a chunk's nodes add up in one substep, over the nodes it owns.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NodeSums {
-    /// ½ Σ m |Δv|² (J).
+    /// ½ Σ m |Δv|² (J); with an affine transfer ½ Σ m Δv·v.
     pub increment_energy: f64,
     /// Impulse of the tool on the workpiece (N s).
     pub tool_impulse: [f64; 2],
@@ -37,17 +38,51 @@ pub struct NodeSums {
     pub friction_work: f64,
     /// ½ Σ m |Δv|² along the directions that contact or a wall prescribes (J): inelastic impact.
     pub contact_loss: f64,
+    /// Work of the contact impulses on what is left of the points' approach (J), negative where points are pushed out.
+    pub approach_work: f64,
+    /// Area of contact, and of the part where friction is below Coulomb's (m2): where strength caps friction (`sticking`).
+    pub contact_areas: [f64; 2],
     /// Furthest coordinate of contact along the rake face (m).
     pub contact_reach: f64,
     /// Whether any node is in contact.
     pub touches: bool,
 }
 
-/// What contact with the points changes in a substep, found before the chunks set out (`touching`).
+impl NodeSums {
+    /// Counts the contact of a node of `mass` (kg); returns its friction work (J).
+    ///
+    /// * `trial`, `old`: its velocity without contact, and before the substep (m/s)
+    pub fn count_node<D: Dimension>(
+        &mut self,
+        tool: &RigidTool,
+        mass: f64,
+        [trial, old]: [&D::Vector<f64>; 2],
+        contact: &Correction<D>,
+    ) -> f64 {
+        let change = D::vector(|axis| contact.velocity[axis] - old[axis]);
+        let impulse = D::vector(|axis| mass * (contact.velocity[axis] - trial[axis]));
+        let tool_work = impulse[0] * tool.velocity[0] + impulse[1] * tool.velocity[1];
+        // The friction impulse is the tangential part; only it works on the slip.
+        let friction = -(0..D::AXES).map(|axis| impulse[axis] * contact.slip[axis]).sum::<f64>();
+        self.tool_impulse[0] += impulse[0];
+        self.tool_impulse[1] += impulse[1];
+        self.tool_work += tool_work;
+        self.friction_work += friction;
+        self.contact_loss += 0.5 * mass * contact.prescribed_square(&change);
+        self.contact_reach = self.contact_reach.max(contact.rake_coordinate.unwrap_or(0.0));
+        self.touches = true;
+        friction
+    }
+}
+
+/// What contact changes in a substep, found before the chunks set out (`touching`, `nodal_contact`).
 #[derive(Clone, Debug, Default)]
 pub struct TouchedNodes {
     /// Index of the node in the layout and its change of velocity (m/s), in rising order.
     pub nodes: Vec<(usize, [f64; 3])>,
+    /// Index of the node in the layout and the friction heat of the substep there (J, at least 0), in rising order; it adds
+    /// up to the friction work. Empty unless asked for.
+    pub friction_heat: Vec<(usize, f64)>,
     /// For the ledger and the outputs.
     pub sums: NodeSums,
 }
@@ -59,6 +94,8 @@ pub struct ChunkSums {
     pub nodes: NodeSums,
     /// Over its points.
     pub points: PassSums,
+    /// What the substep does to the points at most.
+    pub bounds: Bounds,
 }
 
 /// A fixed node of a chunk.
@@ -98,7 +135,7 @@ impl<R: Real, D: Dimension, S> Default for Chunk<R, D, S> {
 }
 
 /// What all chunks share in one substep.
-pub struct Substep<'a, F, M, C> {
+pub struct Substep<'a, F, M> {
     /// Arrangement of the nodes.
     pub layout: &'a Layout,
     /// Shape function.
@@ -106,15 +143,15 @@ pub struct Substep<'a, F, M, C> {
     /// Constitutive model.
     pub model: &'a M,
     /// Contact law.
-    pub contact: &'a C,
-    /// The tool at the start of the substep, which acts on the nodes.
+    pub contact: Contact,
+    /// The tool at the start of the substep.
     pub tool: &'a RigidTool,
-    /// The tool at the end of the substep, which no point may enter.
-    pub tool_after: Option<&'a RigidTool>,
     /// Nodes lighter than this (kg) stay at rest: nothing but rounding is left there.
     pub lightest: f64,
-    /// What contact with the points has been found to change, in the place of the contact law.
-    pub touched: Option<&'a TouchedNodes>,
+    /// Steepness of the shape function over the mass of the lightest point (1/kg), see `guards`.
+    pub share_per_mass: f64,
+    /// What contact changes; nothing under `NodesInside`.
+    pub touched: &'a TouchedNodes,
     /// Acceleration of the nodes by a body force, if the scene has one.
     pub body_force: Option<&'a dyn BodyForce>,
     /// Time at the start of the substep (s).
@@ -125,7 +162,7 @@ pub struct Substep<'a, F, M, C> {
     pub instructions: InstructionSet,
 }
 
-impl<R: Real, D: Dimension, S> Chunk<R, D, S> {
+impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
     /// Takes the nodes around its points; `first` and `last` are its lowest and highest pencil, `next` the lowest of
     /// the following chunk (or the end), `owned_from` where the ownership of the chunk before ended.
     ///
@@ -170,12 +207,13 @@ impl<R: Real, D: Dimension, S> Chunk<R, D, S> {
         end
     }
 
-    /// One substep of this chunk: nodes from `incoming` deposits, then points, which deposit into `outgoing`.
-    pub fn substep<F: ShapeFunction<R>, M: ConstitutiveModel<R, D, State = S>, C: ContactLaw>(
+    /// First half of a substep: the nodes' new velocities from `incoming` deposits, and what they will do to the points.
+    ///
+    /// It changes no point and can be done again at another length.
+    pub fn solve_nodes<F, M: ConstitutiveModel<R, D, State = S>>(
         &mut self,
         incoming: &[NodeRun<R>],
-        outgoing: &mut NodeRun<R>,
-        common: &Substep<'_, F, M, C>,
+        common: &Substep<'_, F, M>,
     ) {
         dispatch(
             common.instructions,
@@ -192,24 +230,46 @@ impl<R: Real, D: Dimension, S> Chunk<R, D, S> {
         }
         let mut sums = NodeSums::default();
         self.fix_nodes(&mut sums);
-        match common.touched {
-            Some(changes) => self.take_over(changes),
-            None => self.touch(common, &mut sums),
+        match common.contact {
+            Contact::Surface | Contact::Distance | Contact::Velocity => self.take_over(common.touched),
+            Contact::NodesInside => self.touch(common, &mut sums),
         }
         let owned = self.owned.start - self.nodes.first..self.owned.end - self.nodes.first;
-        sums.increment_energy = grid::increment_energy::<R, D>(
-            &self.nodes.records[owned.start * D::QUADS..owned.end * D::QUADS],
-            &self.nodes.mass[owned],
-        );
+        let records = &self.nodes.records[owned.start * D::QUADS..owned.end * D::QUADS];
+        let mass = &self.nodes.mass[owned];
+        sums.increment_energy = if M::State::IS_AFFINE {
+            grid::half_work::<R, D>(records, mass)
+        } else {
+            grid::increment_energy::<R, D>(records, mass)
+        };
         self.sums.nodes = sums;
-        self.sums.points = self.move_points(outgoing, common);
+        self.sums.bounds = dispatch(
+            common.instructions,
+            BoundsPass::<R, D> {
+                nodes: &self.nodes,
+                layout: common.layout,
+                pencils: self.pencils.clone(),
+                share_per_mass: common.share_per_mass,
+                per_cell: common.dt / common.layout.cell,
+                dimension: std::marker::PhantomData,
+            },
+        );
+    }
+
+    /// Second half of a substep: moves the points, which deposit into `outgoing`.
+    pub fn move_points<F: ShapeFunction<R>, M: ConstitutiveModel<R, D, State = S>>(
+        &mut self,
+        outgoing: &mut NodeRun<R>,
+        common: &Substep<'_, F, M>,
+    ) {
+        self.sums.points = self.pass_points(outgoing, common);
     }
 
     /// Moves the points by the nodes' present velocities; with nodes at rest it only deposits.
-    fn move_points<F: ShapeFunction<R>, M: ConstitutiveModel<R, D, State = S>, C>(
+    fn pass_points<F: ShapeFunction<R>, M: ConstitutiveModel<R, D, State = S>>(
         &mut self,
         outgoing: &mut NodeRun<R>,
-        common: &Substep<'_, F, M, C>,
+        common: &Substep<'_, F, M>,
     ) -> PassSums {
         dispatch(
             common.instructions,
@@ -220,24 +280,23 @@ impl<R: Real, D: Dimension, S> Chunk<R, D, S> {
                 layout: common.layout,
                 shape: common.shape,
                 model: common.model,
-                tool: common.tool_after,
                 dt: common.dt,
             },
         )
     }
 
     /// Deposits mass, momentum and force of points that have just been sorted, without moving them.
-    pub fn deposit<F: ShapeFunction<R>, M: ConstitutiveModel<R, D, State = S>, C>(
+    pub fn deposit<F: ShapeFunction<R>, M: ConstitutiveModel<R, D, State = S>>(
         &mut self,
         outgoing: &mut NodeRun<R>,
-        common: &Substep<'_, F, M, C>,
+        common: &Substep<'_, F, M>,
     ) {
         self.nodes.clear();
-        let _ = self.move_points(outgoing, &Substep { dt: 0.0, tool_after: None, ..*common });
+        let _ = self.pass_points(outgoing, &Substep { dt: 0.0, ..*common });
     }
 
     /// Adds Δt b to velocity and increment of every node that has mass.
-    fn accelerate<F, M, C>(&mut self, force: &dyn BodyForce, common: &Substep<'_, F, M, C>) {
+    fn accelerate<F, M>(&mut self, force: &dyn BodyForce, common: &Substep<'_, F, M>) {
         let layout = common.layout;
         for pencil in self.pencils.clone() {
             for index in layout.start[pencil]..layout.start[pencil + 1] {
@@ -257,7 +316,7 @@ impl<R: Real, D: Dimension, S> Chunk<R, D, S> {
         }
     }
 
-    /// Adds to the nodes what contact with the points changes; its sums are counted where it was found.
+    /// Adds to the nodes what contact changes; its sums are counted where it was found.
     fn take_over(&mut self, changes: &TouchedNodes) {
         let end = self.nodes.first + self.nodes.count::<D>();
         let begin = changes.nodes.partition_point(|change| change.0 < self.nodes.first);
@@ -287,8 +346,8 @@ impl<R: Real, D: Dimension, S> Chunk<R, D, S> {
         }
     }
 
-    /// Contact with the tool.
-    fn touch<F, M, C: ContactLaw>(&mut self, common: &Substep<'_, F, M, C>, sums: &mut NodeSums) {
+    /// Contact of the tool with nodes.
+    fn touch<F, M>(&mut self, common: &Substep<'_, F, M>, sums: &mut NodeSums) {
         let Substep { layout, tool, .. } = *common;
         let (low, high) = tool.bounds();
         let index = |axis: usize, x: f64| (x - layout.origin[axis]) / layout.cell;
@@ -323,17 +382,7 @@ impl<R: Real, D: Dimension, S> Chunk<R, D, S> {
                 let change = D::vector(|axis| velocity[axis] - old[axis]);
                 grid::set_node::<R, D>(record, velocity, change);
                 if self.owned.contains(&(self.nodes.first + node)) {
-                    let impulse = D::vector(|axis| mass * (velocity[axis] - trial[axis]));
-                    let tool_work = impulse[0] * tool.velocity[0] + impulse[1] * tool.velocity[1];
-                    // The friction impulse is the tangential part; only it works on the slip.
-                    let friction = -(0..D::AXES).map(|axis| impulse[axis] * contact.slip[axis]).sum::<f64>();
-                    sums.tool_impulse[0] += impulse[0];
-                    sums.tool_impulse[1] += impulse[1];
-                    sums.tool_work += tool_work;
-                    sums.friction_work += friction;
-                    sums.contact_loss += 0.5 * mass * contact.prescribed_square(&change);
-                    sums.contact_reach = sums.contact_reach.max(contact.rake_coordinate.unwrap_or(0.0));
-                    sums.touches = true;
+                    sums.count_node(tool, mass, [&trial, &old], &contact);
                 }
             }
         }

@@ -1,136 +1,51 @@
-//! From a scene to a solver: checks, the lattice of points, and the kernels for the effects the scene names.
+//! From a scene to a solver: the lattice of points, and the kernels for the effects the scene names.
 //!
 //! Each choice of the scene fixes one type parameter; what is not named becomes a type that does nothing:
 //!
 //! ```text
-//!   precision × dimension × shape function × contact law × (rate × thermal) of the flow law  →  one Simulation
+//!   precision × dimension × shape function × (hardening × rate × thermal × damage) of the flow law  →  one Simulation
 //! ```
+//!
+//! Each combination is a kernel to compile for every instruction set, so rate and heat are chosen for Johnson and Cook's
+//! law in the plane with GIMP only. Everything else - titanium's law, damage, artificial viscosity, three dimensions, linear
+//! shape functions - runs in the one kernel with rate and adiabatic heat: where the scene has no rate, a rate coefficient
+//! of 0 stands for it, where it has no heat, a Taylor-Quinney coefficient of 0, where it does not soften, a melting
+//! temperature out of reach.
 
-use crate::contact::{RigidTool, SurfaceContact};
+use crate::affine::Affine;
+use crate::checks::cell;
+use crate::contact::{Contact, RigidTool};
 use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use crate::error::Error;
 use crate::grid::{FixedNodes, Layout, MARGIN};
+use crate::heat::HeatConduction;
 use crate::inertia::MassScaling;
 use crate::levels;
 use crate::material::ConstitutiveModel;
+use crate::material::damage::{DamageEffect, JohnsonCookDamage, Undamaged};
 use crate::material::effects::{
-    Adiabatic, Isothermal, RateDependent, RateEffect, RateIndependent, Softening, ThermalEffect,
+    Adiabatic, Isothermal, RateDependent, RateEffect, RateIndependent, Softening,
 };
+use crate::material::hardening::{Hardening, PowerLaw, TanhLaw};
 use crate::material::johnson_cook::JohnsonCook;
-use crate::material::library;
+use crate::material::viscosity::Viscous;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block};
 use crate::scene::{
-    Accuracy, ContactChoice, DimensionChoice, Heat, Law, Precision, Scene, SceneKind, ShapeChoice,
+    ContactChoice, DimensionChoice, Heat, Law, Precision, Scene, ShapeChoice, TransferChoice,
 };
+use crate::segmentation::StartLattice;
 use crate::shape::{Gimp, Linear, ShapeFunction};
 use crate::simd::{InstructionSet, Real};
 use crate::simulation::{Options, Simulation, Solver};
+use crate::tool_heat::ToolBody;
 use crate::tool_shape::ToolShape;
 use crate::window::ActiveWindow;
-
-/// Checks what belongs together and refuses what this version does not have; fills in a library material's constants.
-///
-/// # Errors
-/// `Error::NotAvailable`, `Error::Inconsistent` or `Error::OutOfRange`, naming the variable.
-pub fn check(scene: &Scene) -> Result<Scene, Error> {
-    refuse_missing(scene)?;
-    let mut resolved = scene.clone();
-    levels::pull(&mut resolved);
-    resolved.material.constants = library::resolve(&scene.material)?;
-    let workpiece = &scene.workpiece;
-    let cell = cell(scene);
-    let shortest = if scene.numerics.dimension == DimensionChoice::ThreeDimensional {
-        workpiece.length.min(workpiece.height).min(workpiece.width)
-    } else {
-        workpiece.length.min(workpiece.height)
-    };
-    if shortest < 4.0 * cell {
-        return Err(Error::Inconsistent(format!(
-            "numerics.point_spacing = {} m is too coarse: the workpiece is {shortest} m in its shortest direction and \
-             needs at least four cells of {} points each",
-            scene.numerics.point_spacing, scene.numerics.points_per_cell_edge
-        )));
-    }
-    let spacing = scene.numerics.point_spacing;
-    let width = if scene.numerics.dimension == DimensionChoice::ThreeDimensional {
-        workpiece.width / spacing
-    } else {
-        1.0
-    };
-    let points = workpiece.length / spacing * workpiece.height / spacing * width;
-    if points > MOST_POINTS {
-        return Err(Error::Inconsistent(format!(
-            "numerics.point_spacing = {spacing} m gives {points:.3e} points; at most {MOST_POINTS:.0e} are allowed"
-        )));
-    }
-    let constants = &resolved.material.constants;
-    if scene.effects.thermal_softening && constants.melting_temperature <= constants.reference_temperature {
-        return Err(Error::Inconsistent(format!(
-            "material.melting_temperature = {} K must lie above material.reference_temperature = {} K",
-            constants.melting_temperature, constants.reference_temperature
-        )));
-    }
-    if resolved.numerics.shape_function == ShapeChoice::Linear
-        && resolved.numerics.precision == Precision::Single
-    {
-        return Err(Error::Inconsistent(
-            "numerics.shape_function = linear goes with numerics.precision = double and numerics.speed = exact only".into(),
-        ));
-    }
-    check_feed(scene, scene.inputs.feed)?;
-    Ok(resolved)
-}
-
-/// Most points of a scene: 3 GB; more would fill an engineer's machine before it says so.
-const MOST_POINTS: f64 = 2e7;
-
-/// Checks a feed (m) against the workpiece.
-///
-/// # Errors
-/// `Error::OutOfRange` when less than two cells would be left below the tool.
-pub fn check_feed(scene: &Scene, feed: f64) -> Result<(), Error> {
-    let max = scene.workpiece.height - 2.0 * cell(scene);
-    if (0.0..=max).contains(&feed) {
-        Ok(())
-    } else {
-        Err(Error::OutOfRange { name: "feed".into(), asked: feed, min: 0.0, max, unit: "m" })
-    }
-}
-
-/// Cell length (m).
-fn cell(scene: &Scene) -> f64 {
-    scene.numerics.point_spacing * f64::from(scene.numerics.points_per_cell_edge)
-}
-
-/// Refuses every value whose effect this version does not have.
-fn refuse_missing(scene: &Scene) -> Result<(), Error> {
-    let Scene { workpiece, effects, numerics, .. } = scene;
-    let missing: [(bool, &str, &str, &str); 12] = [
-        (scene.kind != SceneKind::Cut, "scene", "press or taylor", "cut"),
-        (workpiece.endless, "workpiece.endless", "true", "false"),
-        (workpiece.revolution_length > 0.0, "workpiece.revolution_length", "above 0", "0"),
-        (scene.material.law != Law::JohnsonCook, "material.law", "johnson_cook_tanh", "johnson_cook"),
-        (effects.heat == Heat::Conduction, "effects.heat", "conduction", "none, adiabatic"),
-        (effects.tool_heat, "effects.tool_heat", "true", "false"),
-        (effects.thermal_expansion, "effects.thermal_expansion", "true", "false"),
-        (effects.damage, "effects.damage", "true", "false"),
-        (effects.sticking, "effects.sticking", "true", "false"),
-        (effects.artificial_viscosity, "effects.artificial_viscosity", "true", "false"),
-        (numerics.contact != ContactChoice::Surface, "numerics.contact", "distance or velocity", "surface"),
-        (numerics.accuracy != Accuracy::Custom, "numerics.accuracy", "a preset", "custom"),
-    ];
-    match missing.into_iter().find(|entry| entry.0) {
-        Some((_, name, asked, allowed)) => {
-            Err(Error::NotAvailable { name: name.into(), asked: asked.into(), allowed: allowed.into() })
-        }
-        None => Ok(()),
-    }
-}
 
 /// One line on which effects run and why.
 pub fn effects_summary(scene: &Scene) -> String {
     let constants = &scene.material.constants;
+    let with = |does: bool| if does { "with" } else { "without" };
     let rate = if !scene.effects.rate {
         "rate off (effects.rate)"
     } else if constants.rate_coefficient == 0.0 {
@@ -143,15 +58,44 @@ pub fn effects_summary(scene: &Scene) -> String {
         (Heat::None, true) => {
             format!("constant temperature {} K with its softening", scene.workpiece.initial_temperature)
         }
-        (_, false) => "adiabatic heat without softening".to_string(),
-        (_, true) => "adiabatic heat with softening".to_string(),
+        (Heat::Adiabatic, softens) => format!("adiabatic heat {} softening", with(softens)),
+        (Heat::Conduction, softens) => {
+            let start = if constants.taylor_quinney > 0.0 {
+                "from the first plastic work on"
+            } else {
+                "once there is friction (plastic work does not heat: material.taylor_quinney is 0)"
+            };
+            format!("heat conduction {start}, {} softening", with(softens))
+        }
     };
+    let expansion = if scene.effects.thermal_expansion { ", thermal expansion" } else { "" };
+    let tool_heat = if scene.effects.tool_heat { ", heat flows into the tool" } else { "" };
     let locking = if scene.effects.volumetric_locking_control { ", volumetric locking control" } else { "" };
     let friction = if scene.inputs.friction == 0.0 { "friction 0 at the start" } else { "friction" };
+    let sticking = if scene.effects.sticking { " capped by the shear strength" } else { "" };
+    let contact = match scene.numerics.contact {
+        ContactChoice::Surface => "contact of the points at the exact tool surface",
+        ContactChoice::Distance => {
+            "contact on nodes shared with a tool made of points, within half a cell (distance law)"
+        }
+        ContactChoice::Velocity => "contact on nodes shared with a tool made of points (velocity law)",
+    };
     let mass_factor = MassScaling::of(scene).map_or(1.0, |s| s.wanted(scene.inputs.tool_velocity.abs()));
     let levers = levels::summary(scene, mass_factor);
+    let transfer = match scene.numerics.transfer {
+        TransferChoice::Flip => "",
+        TransferChoice::Apic => ", affine transfer (APIC)",
+    };
+    let law =
+        if scene.material.law == Law::JohnsonCookTanh { ", tanh law with strain softening" } else { "" };
+    let damage = if scene.effects.damage {
+        format!(", damage with {} J/m2 to separate", constants.fracture_energy)
+    } else {
+        String::new()
+    };
+    let viscosity = if scene.effects.artificial_viscosity { ", artificial viscosity" } else { "" };
     format!(
-        "effects: plasticity ({}), {rate}, {heat}, {friction}{locking}; contact at the exact tool surface{}{levers}",
+        "effects: plasticity ({}{law}), {rate}, {heat}{damage}{viscosity}, {friction}{sticking}{expansion}{tool_heat}{locking}{transfer}; {contact}{}{levers}",
         scene.material.name,
         if levers.is_empty() { "" } else { "; " }
     )
@@ -162,79 +106,185 @@ pub fn effects_summary(scene: &Scene) -> String {
 /// # Errors
 /// `Error::Inconsistent` when the tool's shape is impossible.
 pub fn build(scene: &Scene) -> Result<Box<dyn Solver>, Error> {
-    match scene.numerics.dimension {
-        DimensionChoice::PlaneStrain => with_shape::<PlaneStrain>(scene),
-        DimensionChoice::ThreeDimensional => with_shape::<ThreeDimensional>(scene),
+    if scene.numerics.transfer == TransferChoice::Apic {
+        return affine(scene);
+    }
+    match (scene.numerics.dimension, scene.numerics.precision) {
+        (DimensionChoice::PlaneStrain, Precision::Double) => {
+            with_shape::<f64, PlaneStrain>(scene, with_rate::<f64>)
+        }
+        (DimensionChoice::PlaneStrain, Precision::Single) => {
+            with_shape::<f32, PlaneStrain>(scene, with_rate::<f32>)
+        }
+        (DimensionChoice::ThreeDimensional, Precision::Double) => {
+            with_shape::<f64, ThreeDimensional>(scene, without_choice::<_, ThreeDimensional, _>)
+        }
+        (DimensionChoice::ThreeDimensional, Precision::Single) => {
+            with_shape::<f32, ThreeDimensional>(scene, without_choice::<_, ThreeDimensional, _>)
+        }
     }
 }
 
-fn with_shape<D: Dimension>(scene: &Scene) -> Result<Box<dyn Solver>, Error> {
-    let edge = scene.numerics.points_per_cell_edge;
-    match (scene.numerics.shape_function, scene.numerics.precision) {
-        (ShapeChoice::Gimp, Precision::Double) => with_rate::<f64, D, _>(scene, Gimp::new(edge)),
-        (ShapeChoice::Gimp, Precision::Single) => with_rate::<f32, D, _>(scene, Gimp::new(edge)),
-        // `check` has refused single precision here: each combination is a kernel more to compile, and nobody needs this one.
-        (ShapeChoice::Linear, _) => with_rate::<f64, D, _>(scene, Linear),
+/// Builds a solver with GIMP.
+type Build<R> = fn(&Scene, Gimp<R>) -> Result<Box<dyn Solver>, Error>;
+
+/// `plain` builds what runs Johnson and Cook's law alone.
+fn with_shape<R: Real, D: Dimension>(scene: &Scene, plain: Build<R>) -> Result<Box<dyn Solver>, Error> {
+    match scene.numerics.shape_function {
+        ShapeChoice::Gimp => with_law::<R, D>(scene, Gimp::new(scene.numerics.points_per_cell_edge), plain),
+        // `check` has refused single precision here.
+        ShapeChoice::Linear => without_choice::<f64, D, _>(scene, Linear),
     }
 }
 
-fn with_rate<R: Real, D: Dimension, F: ShapeFunction<R>>(
+/// Johnson and Cook's law in the one kernel with rate and adiabatic heat.
+fn without_choice<R: Real, D: Dimension, F: ShapeFunction<R>>(
     scene: &Scene,
     shape: F,
 ) -> Result<Box<dyn Solver>, Error> {
+    assemble::<R, D, _, _>(scene, shape, full::<R, PowerLaw<R>, _>(scene, Undamaged))
+}
+
+/// The one kernel with the affine transfer that `check_affine` lets pass.
+fn affine(scene: &Scene) -> Result<Box<dyn Solver>, Error> {
+    let constants = &scene.material.constants;
+    let rate = RateDependent { coefficient: constants.rate_coefficient, reference: constants.reference_rate };
+    let capacity = constants.density * constants.specific_heat;
+    let initial = scene.workpiece.initial_temperature;
+    let expansion = if scene.effects.thermal_expansion { constants.thermal_expansion } else { 0.0 };
+    let thermal = Adiabatic::<f64, true>::new(constants.taylor_quinney, capacity, initial, softening(scene))
+        .with_expansion(expansion);
+    let model = Affine(JohnsonCook::new(constants, rate, thermal));
+    assemble::<f64, PlaneStrain, _, _>(scene, Gimp::new(scene.numerics.points_per_cell_edge), model)
+}
+
+/// The material's thermal softening.
+fn softening(scene: &Scene) -> Softening {
+    let constants = &scene.material.constants;
+    Softening {
+        exponent: constants.thermal_exponent,
+        reference: constants.reference_temperature,
+        melting: constants.melting_temperature,
+    }
+}
+
+fn with_law<R: Real, D: Dimension>(
+    scene: &Scene,
+    shape: Gimp<R>,
+    plain: Build<R>,
+) -> Result<Box<dyn Solver>, Error> {
+    let constants = &scene.material.constants;
+    let is_tanh = scene.material.law == Law::JohnsonCookTanh;
+    if scene.effects.damage {
+        let effects = &scene.effects;
+        let length = scene.numerics.point_spacing;
+        let damage = JohnsonCookDamage::<R>::new(constants, length, effects.rate, effects.thermal_softening);
+        if is_tanh {
+            assemble::<R, D, _, _>(scene, shape, full::<R, TanhLaw<R>, _>(scene, damage))
+        } else {
+            assemble::<R, D, _, _>(scene, shape, full::<R, PowerLaw<R>, _>(scene, damage))
+        }
+    } else if is_tanh {
+        assemble::<R, D, _, _>(scene, shape, full::<R, TanhLaw<R>, _>(scene, Undamaged))
+    } else if scene.effects.artificial_viscosity {
+        let (linear, quadratic) = (scene.numerics.viscosity_linear, scene.numerics.viscosity_quadratic);
+        let model = full::<R, PowerLaw<R>, _>(scene, Undamaged);
+        assemble::<R, D, _, _>(scene, shape, Viscous::new(model, linear, quadratic, cell(scene)))
+    } else {
+        plain(scene, shape)
+    }
+}
+
+/// The model with rate and adiabatic heat, what the scene lacks of these taken out by its constants.
+fn full<R: Real, H: Hardening<R>, G: DamageEffect<R>>(
+    scene: &Scene,
+    damage: G,
+) -> JohnsonCook<R, RateDependent<R>, Adiabatic<R, true>, H, G> {
+    let constants = &scene.material.constants;
+    let rate = RateDependent {
+        coefficient: R::from_f64(if scene.effects.rate { constants.rate_coefficient } else { 0.0 }),
+        reference: R::from_f64(constants.reference_rate),
+    };
+    let (exponent, melting) = if scene.effects.thermal_softening {
+        (constants.thermal_exponent, constants.melting_temperature)
+    } else {
+        (1.0, OUT_OF_REACH)
+    };
+    let softening = Softening { exponent, reference: constants.reference_temperature, melting };
+    let heated = if scene.effects.heat == Heat::None { 0.0 } else { constants.taylor_quinney };
+    let capacity = constants.density * constants.specific_heat;
+    let expansion = if scene.effects.thermal_expansion { constants.thermal_expansion } else { 0.0 };
+    let thermal = Adiabatic::<R, true>::new(heated, capacity, scene.workpiece.initial_temperature, softening)
+        .with_expansion(expansion);
+    JohnsonCook::with(constants, rate, thermal, damage)
+}
+
+/// A melting temperature (K) that lets nothing soften: 1 − T* = 1 in any precision.
+const OUT_OF_REACH: f64 = 1e30;
+
+/// In the plane, with GIMP: a kernel for each choice of rate and heat.
+fn with_rate<R: Real>(scene: &Scene, shape: Gimp<R>) -> Result<Box<dyn Solver>, Error> {
     let constants = &scene.material.constants;
     if scene.effects.rate && constants.rate_coefficient != 0.0 {
         let rate = RateDependent {
             coefficient: R::from_f64(constants.rate_coefficient),
             reference: R::from_f64(constants.reference_rate),
         };
-        with_heat::<R, D, _, _>(scene, shape, rate)
+        with_heat::<R, _>(scene, shape, rate)
     } else {
-        with_heat::<R, D, _, _>(scene, shape, RateIndependent)
+        with_heat::<R, _>(scene, shape, RateIndependent)
     }
 }
 
-fn with_heat<R: Real, D: Dimension, F: ShapeFunction<R>, Q: RateEffect<R>>(
+fn with_heat<R: Real, Q: RateEffect<R>>(
     scene: &Scene,
-    shape: F,
+    shape: Gimp<R>,
     rate: Q,
 ) -> Result<Box<dyn Solver>, Error> {
     let constants = &scene.material.constants;
-    let softening = Softening {
-        exponent: constants.thermal_exponent,
-        reference: constants.reference_temperature,
-        melting: constants.melting_temperature,
-    };
+    let softening = softening(scene);
     let initial = scene.workpiece.initial_temperature;
     let capacity = constants.density * constants.specific_heat;
+    let expansion = if scene.effects.thermal_expansion { constants.thermal_expansion } else { 0.0 };
     match (scene.effects.heat, scene.effects.thermal_softening) {
         (Heat::None, softens) => {
             let thermal = Isothermal { temperature: initial, softening: softens.then_some(softening) };
-            finish::<R, D, _, _, _>(scene, shape, rate, thermal)
+            assemble::<R, PlaneStrain, _, _>(scene, shape, JohnsonCook::new(constants, rate, thermal))
         }
         (_, true) => {
-            let thermal = Adiabatic::<R, true>::new(constants.taylor_quinney, capacity, initial, softening);
-            finish::<R, D, _, _, _>(scene, shape, rate, thermal)
+            let thermal = Adiabatic::<R, true>::new(constants.taylor_quinney, capacity, initial, softening)
+                .with_expansion(expansion);
+            assemble::<R, PlaneStrain, _, _>(scene, shape, JohnsonCook::new(constants, rate, thermal))
         }
         (_, false) => {
-            let thermal = Adiabatic::<R, false>::new(constants.taylor_quinney, capacity, initial, softening);
-            finish::<R, D, _, _, _>(scene, shape, rate, thermal)
+            let thermal = Adiabatic::<R, false>::new(constants.taylor_quinney, capacity, initial, softening)
+                .with_expansion(expansion);
+            assemble::<R, PlaneStrain, _, _>(scene, shape, JohnsonCook::new(constants, rate, thermal))
         }
     }
 }
 
-fn finish<R: Real, D: Dimension, F: ShapeFunction<R>, Q: RateEffect<R>, T: ThermalEffect<R>>(
+fn assemble<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>>(
     scene: &Scene,
     shape: F,
-    rate: Q,
-    thermal: T,
+    model: M,
 ) -> Result<Box<dyn Solver>, Error> {
-    let model = JohnsonCook::new(&scene.material.constants, rate, thermal);
+    // No unit test runs a scene (those in `tests` do), and without the kernels unit tests are built in a third of the time.
+    if cfg!(test) {
+        return Err(Error::Inconsistent("unit tests are compiled without the kernels of scenes".into()));
+    }
     let partition = cutting_block::<R, D, _>(scene, &model);
     let tool = tool_before_workpiece(scene)?;
     let options = Options {
         courant: scene.numerics.courant,
         instructions: InstructionSet::detect(),
+        contact: match scene.numerics.contact {
+            ContactChoice::Surface => Contact::Surface,
+            ContactChoice::Distance => Contact::Distance,
+            ContactChoice::Velocity => Contact::Velocity,
+        },
+        depth: scene.workpiece.width,
+        sticking: scene.effects.sticking,
         locking_control: scene.effects.volumetric_locking_control,
         mass_scaling: MassScaling::of(scene),
         window: (scene.numerics.active_window > 0.0).then(|| ActiveWindow {
@@ -243,8 +293,26 @@ fn finish<R: Real, D: Dimension, F: ShapeFunction<R>, Q: RateEffect<R>, T: Therm
             walls: partition.fixed.clone(),
         }),
     };
-    let parts = (shape, model, SurfaceContact);
-    Ok(Box::new(Simulation::new(partition, parts, tool, options)))
+    let mut simulation = Simulation::new(partition, (shape, model), tool, options);
+    if scene.effects.heat == Heat::Conduction {
+        let constants = &scene.material.constants;
+        let capacity = constants.density * constants.specific_heat;
+        let initial = scene.workpiece.initial_temperature;
+        let tool = &scene.tool;
+        let mut conduction = HeatConduction::new(constants.conductivity, capacity, initial)
+            .with_tool(tool.conductivity, tool.specific_heat * tool.density);
+        conduction.starts_even = true;
+        conduction.plastic_work_heats = constants.taylor_quinney > 0.0;
+        simulation.set_conduction(conduction);
+        if scene.effects.tool_heat {
+            let sizes = (cell(scene), scene.workpiece.width);
+            let material = (tool.conductivity, tool.specific_heat * tool.density);
+            let shape = &simulation.tool.shape;
+            let body = ToolBody::new(shape, sizes, material, tool.contact_conductance);
+            simulation.set_tool_body(body);
+        }
+    }
+    Ok(Box::new(simulation))
 }
 
 /// The workpiece as a lattice of points, its left and bottom nodes fixed.
@@ -296,15 +364,13 @@ fn lattice<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
     first: [i32; 3],
     cell: f64,
 ) -> Vec<Block<R, D, M::State>> {
-    let spacing = scene.numerics.point_spacing;
-    let count: [usize; 3] =
-        std::array::from_fn(|axis| if axis < D::AXES { (size[axis] / spacing).round() as usize } else { 1 });
-    let step: [f64; 3] = std::array::from_fn(|axis| size[axis] / count[axis] as f64);
+    let start = StartLattice::new(size, scene.numerics.point_spacing, D::AXES);
+    let StartLattice { count, step } = start;
     let volume = step.iter().product::<f64>();
     let total = count.iter().product::<usize>();
     let mut blocks = vec![Block::empty(); total.div_ceil(BLOCK)];
     for number in 0..total {
-        let index = [number / (count[1] * count[2]), number / count[2] % count[1], number % count[2]];
+        let index = start.index(number);
         let (block, lane) = (&mut blocks[number / BLOCK], number % BLOCK);
         let position =
             D::vector(|axis| f64::from(first[axis]) + (index[axis] as f64 + 0.5) * step[axis] / cell);

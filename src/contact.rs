@@ -1,16 +1,10 @@
-//! The rigid tool in motion, and what its contact does to the grid's velocities.
+//! The rigid tool in motion, the contact laws, and Coulomb's law at a node.
 //!
-//! Contact acts on nodes as an exchange of momentum: the part of a node's velocity that enters the tool is taken
-//! away, and of the sliding part as much as Coulomb friction allows. The impulse m (v − v_trial) is the force on the
-//! workpiece times the substep.
-//!
-//! The grid sees the surface no sharper than a cell, so points may still enter the tool by part of one, where
-//! they are crushed. `Obstacle` puts them back on its surface, with the same exchange of momentum.
+//! `Surface` acts at the material points (`touching`). The other laws act on nodes (`nodal_contact`, `chunk`) as an exchange
+//! of momentum: the part of a node's velocity that enters the tool is taken away, and of the sliding part as much as
+//! Coulomb friction allows. The impulse m (v − v_trial) is the force on the workpiece times the substep.
 
 use crate::dimension::Dimension;
-use crate::grid::Layout;
-use crate::points::{BLOCK, Block};
-use crate::simd::Real;
 use crate::tool_shape::{Face, ToolShape};
 
 /// The tool's shape, place and motion.
@@ -39,25 +33,24 @@ pub struct Correction<D: Dimension> {
     pub rake_coordinate: Option<f64>,
 }
 
-/// A contact law between the tool and a node of the workpiece.
-pub trait ContactLaw: Clone + Send + Sync + 'static {
-    /// The correction of a node at `position` (m) that would move with `velocity` (m/s), if it is in contact.
-    fn correct<D: Dimension>(
-        &self,
-        tool: &RigidTool,
-        position: [f64; 2],
-        velocity: &D::Vector<f64>,
-    ) -> Option<Correction<D>>;
+/// What a substep's contact acts on, and when. A choice outside the kernels: it compiles none more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contact {
+    /// Points, where their edge meets the tool's exact surface.
+    Surface,
+    /// Nodes shared with a tool made of points that is no further than half a cell away: the paper's eqs. 19 to 23.
+    Distance,
+    /// Nodes shared with a tool made of points: eq. 18.
+    Velocity,
+    /// Nodes that lie inside the tool and move into it: the oldest law here, kept as the one that a plain loop over nodes
+    /// can be held against. No scene has it.
+    NodesInside,
 }
 
-/// Contact at the exact surface: a node takes part when it lies inside the tool and moves into it.
-#[derive(Clone, Copy, Debug)]
-pub struct SurfaceContact;
-
-impl ContactLaw for SurfaceContact {
-    #[inline(always)]
-    fn correct<D: Dimension>(
-        &self,
+impl Contact {
+    /// The correction of a node at `position` (m) that would move with `velocity` (m/s), if it is in contact.
+    pub fn correct<D: Dimension>(
+        self,
         tool: &RigidTool,
         position: [f64; 2],
         velocity: &D::Vector<f64>,
@@ -73,7 +66,7 @@ impl ContactLaw for SurfaceContact {
 
 /// Takes away the approach to a surface of unit `normal` and the sliding that friction stops.
 #[inline(always)]
-fn coulomb<D: Dimension>(
+pub fn coulomb<D: Dimension>(
     tool: &RigidTool,
     normal: [f64; 2],
     rake_coordinate: Option<f64>,
@@ -110,93 +103,6 @@ impl RigidTool {
     }
 }
 
-/// What pushing points out of the tool adds up.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PushSums {
-    /// Impulse of the tool on the workpiece (N s).
-    pub impulse: [f64; 2],
-    /// Work of that impulse at the tool's velocity (J).
-    pub tool_work: f64,
-    /// Friction work (J).
-    pub friction_work: f64,
-    /// Lost in the inelastic push (J).
-    pub loss: f64,
-}
-
-/// The tool as an obstacle to single points.
-pub struct Obstacle<'a> {
-    tool: &'a RigidTool,
-    density: f64,
-    /// Nodes around the tool along x and y.
-    low: [i32; 2],
-    high: [i32; 2],
-}
-
-impl<'a> Obstacle<'a> {
-    /// The tool among the nodes of a layout; `density` (kg/m3) gives a point's mass from its volume.
-    pub fn new(tool: &'a RigidTool, layout: &Layout, density: f64) -> Self {
-        let (low, high) = tool.bounds();
-        let index = |axis: usize, x: f64| (x - layout.origin[axis]) / layout.cell;
-        Obstacle {
-            tool,
-            density,
-            low: [index(0, low[0]).floor() as i32, index(1, low[1]).floor() as i32],
-            high: [index(0, high[0]).ceil() as i32, index(1, high[1]).ceil() as i32],
-        }
-    }
-
-    /// Puts the points of a block that are inside the tool on its surface, and stops their approach.
-    pub fn push_out<R: Real, D: Dimension, S>(
-        &self,
-        block: &mut Block<R, D, S>,
-        layout: &Layout,
-        sums: &mut PushSums,
-    ) {
-        for lane in 0..BLOCK {
-            let near =
-                (0..2).all(|axis| (self.low[axis]..=self.high[axis]).contains(&block.node[axis][lane]));
-            if !near || block.volume[lane] <= R::ZERO {
-                continue;
-            }
-            let position: [f64; 2] = std::array::from_fn(|axis| {
-                let cells = f64::from(block.node[axis][lane]) + block.offset[axis][lane].to_f64();
-                layout.origin[axis] + layout.cell * cells
-            });
-            let tool = self.tool;
-            let closest =
-                tool.shape.closest([position[0] - tool.position[0], position[1] - tool.position[1]]);
-            if closest.distance >= 0.0 {
-                continue;
-            }
-            for axis in 0..2 {
-                let cells =
-                    block.offset[axis][lane].to_f64() - closest.distance * closest.normal[axis] / layout.cell;
-                let shift = cells.round();
-                block.node[axis][lane] += shift as i32;
-                block.offset[axis][lane] = R::from_f64(cells - shift);
-            }
-            let old = D::vector(|axis| block.velocity[axis][lane].to_f64());
-            let Some(contact) = coulomb::<D>(tool, closest.normal, None, &old) else { continue };
-            let mass = self.density * block.volume[lane].to_f64();
-            let (mut work, mut tool_work, mut friction) = (0.0, 0.0, 0.0);
-            for axis in 0..D::AXES {
-                let impulse = mass * (contact.velocity[axis] - old[axis]);
-                block.velocity[axis][lane] = R::from_f64(contact.velocity[axis]);
-                work += impulse * 0.5 * (old[axis] + contact.velocity[axis]);
-                friction -= impulse * contact.slip[axis];
-                if axis < 2 {
-                    sums.impulse[axis] += impulse;
-                    tool_work += impulse * tool.velocity[axis];
-                }
-            }
-            sums.tool_work += tool_work;
-            sums.friction_work += friction;
-            // What the tool put in and neither friction nor the body took.
-            sums.loss += tool_work - friction - work;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -217,7 +123,7 @@ mod tests {
         for friction in [0.0, 0.2, 1.0] {
             for velocity in [[0.0, 0.0], [10.0, 30.0], [-30.0, -40.0], [-49.0, 3.0], [200.0, -7.0]] {
                 let tool = tool(friction);
-                let contact = SurfaceContact.correct::<PlaneStrain>(&tool, INSIDE, &velocity);
+                let contact = Contact::NodesInside.correct::<PlaneStrain>(&tool, INSIDE, &velocity);
                 let contact = contact.unwrap_or_else(|| panic!("{velocity:?} m/s moves into the tool"));
                 let impulse = [contact.velocity[0] - velocity[0], contact.velocity[1] - velocity[1]];
                 let push = impulse[0] * contact.normal[0] + impulse[1] * contact.normal[1];
@@ -245,8 +151,8 @@ mod tests {
     fn nothing_outside_or_departing_is_touched() {
         let tool = tool(0.2);
         let ahead = [INSIDE[0] - 3e-6, INSIDE[1]];
-        assert!(SurfaceContact.correct::<PlaneStrain>(&tool, ahead, &[0.0, 0.0]).is_none());
-        assert!(SurfaceContact.correct::<PlaneStrain>(&tool, INSIDE, &[-60.0, 0.0]).is_none());
+        assert!(Contact::NodesInside.correct::<PlaneStrain>(&tool, ahead, &[0.0, 0.0]).is_none());
+        assert!(Contact::NodesInside.correct::<PlaneStrain>(&tool, INSIDE, &[-60.0, 0.0]).is_none());
     }
 
     /// In space friction acts along the whole sliding velocity, also across the cut.
@@ -254,7 +160,8 @@ mod tests {
     fn sideways_sliding_is_braked_in_its_own_direction() {
         let tool = tool(0.2);
         let velocity = [0.0, 0.0, 20.0];
-        let contact = SurfaceContact.correct::<ThreeDimensional>(&tool, INSIDE, &velocity).expect("contact");
+        let contact =
+            Contact::NodesInside.correct::<ThreeDimensional>(&tool, INSIDE, &velocity).expect("contact");
         // Sliding along the rake face, which leans by 0.1 rad, comes from the tool's own motion.
         let face = [-contact.normal[1], contact.normal[0]];
         let along = |v: &[f64; 3]| (v[0] - tool.velocity[0]) * face[0] + v[1] * face[1];

@@ -8,7 +8,7 @@
 //! increment and its skew part ω gives the rotation Q = (I − ω/2)⁻¹ (I + ω/2). A pure rotation h = R − I of any
 //! size gives no strain and Q = R exactly, so stress turns with the material without drift.
 
-use crate::simd::Vector as Lanes;
+use crate::simd::{Vector as Lanes, inlined};
 use std::fmt::Debug;
 use std::ops::IndexMut;
 
@@ -255,11 +255,12 @@ impl Dimension for ThreeDimensional {
     fn increment<V: Lanes>(h: &[[V; 3]; 3]) -> Increment<Self, V> {
         let one = V::constant(1.0);
         let half = V::constant(0.5);
-        let a = Self::matrix(|i, j| if i == j { half.mul_add(h[i][j], one) } else { half * h[i][j] });
+        let a =
+            inlined!(Self::matrix, |i, j| if i == j { half.mul_add(h[i][j], one) } else { half * h[i][j] });
         let adjugate = adjugate(&a);
         let det_a = a[0][0] * adjugate[0][0] + a[0][1] * adjugate[1][0] + a[0][2] * adjugate[2][0];
         let inverse = one / det_a;
-        let g = Self::matrix(|i, j| {
+        let g = inlined!(Self::matrix, |i, j| {
             (h[i][0] * adjugate[0][j] + h[i][1] * adjugate[1][j] + h[i][2] * adjugate[2][j]) * inverse
         });
         let mean = (g[0][0] + g[1][1] + g[2][2]) * V::constant(1.0 / 3.0);
@@ -272,12 +273,12 @@ impl Dimension for ThreeDimensional {
             [w[2], V::constant(0.0), -w[0]],
             [-w[1], w[0], V::constant(0.0)],
         ];
-        let rotation = Self::matrix(|i, j| {
+        let rotation = inlined!(Self::matrix, |i, j| {
             let product = half * (w[i] * w[j] - if i == j { square } else { V::constant(0.0) });
             let unit = if i == j { one } else { V::constant(0.0) };
             (skew[i][j] + product).mul_add(scale, unit)
         });
-        let b = Self::matrix(|i, j| if i == j { h[i][j] + one } else { h[i][j] });
+        let b = inlined!(Self::matrix, |i, j| if i == j { h[i][j] + one } else { h[i][j] });
         let volume_ratio = b[0][0] * (b[1][1] * b[2][2] - b[1][2] * b[2][1])
             - b[0][1] * (b[1][0] * b[2][2] - b[1][2] * b[2][0])
             + b[0][2] * (b[1][0] * b[2][1] - b[1][1] * b[2][0]);
@@ -297,7 +298,8 @@ impl Dimension for ThreeDimensional {
     #[inline(always)]
     fn rotate<V: Lanes>(q: &[[V; 3]; 3], s: [V; 5]) -> [V; 5] {
         let full = [[s[0], s[4], s[3]], [s[4], s[1], s[2]], [s[3], s[2], -s[0] - s[1]]];
-        let qs = Self::matrix(|i, j| q[i][0] * full[0][j] + q[i][1] * full[1][j] + q[i][2] * full[2][j]);
+        let qs =
+            inlined!(Self::matrix, |i, j| q[i][0] * full[0][j] + q[i][1] * full[1][j] + q[i][2] * full[2][j]);
         let entry = |i: usize, j: usize| qs[i][0] * q[j][0] + qs[i][1] * q[j][1] + qs[i][2] * q[j][2];
         [entry(0, 0), entry(1, 1), entry(1, 2), entry(0, 2), entry(0, 1)]
     }

@@ -24,6 +24,10 @@ pub struct Outputs {
     pub kinetic_energy: f64,
     pub elastic_energy: f64,
     pub plastic_work: f64,
+    /// Work of separation by damage (J).
+    pub damage_work: f64,
+    /// Work of artificial viscosity (J).
+    pub viscous_work: f64,
     pub friction_work: f64,
     pub damping: f64,
     /// Dissipated by inelastic contact with the tool and the fixed nodes (J).
@@ -46,6 +50,19 @@ pub struct Outputs {
     pub surplus_kinetic_energy: f64,
     /// Kinetic energy brought in by changes of the mass factor (J).
     pub mass_scaling_energy: f64,
+    /// Substeps since the start that were solved again at half their length.
+    pub retries: i32,
+    pub force_error_band: f64,
+    /// A time of this machine (s): no part of a saved state, where it is 0.
+    #[serde(skip)]
+    pub estimated_cpu_time: f64,
+    /// Elastic energy that heat took by expanding the material (J).
+    pub thermoelastic: f64,
+    /// Heat that went into the tool (J).
+    pub tool_heat: f64,
+    pub tool_temperature_peak: f64,
+    /// Mean over the last communication step, for `effects.sticking`.
+    pub sticking_share: f64,
 }
 
 /// The points' fields at the solver's clock, for pictures and files; one entry per point, in the order of `id`.
@@ -55,6 +72,8 @@ pub struct PointFields {
     pub time: f64,
     /// Number of the point at the start.
     pub id: Vec<u32>,
+    /// Mass (kg).
+    pub mass: Vec<f64>,
     /// Position from the workpiece's lower left corner (m); z is 0 in plane strain.
     pub position: Vec<[f64; 3]>,
     /// Velocity (m/s).
@@ -69,6 +88,8 @@ pub struct PointFields {
     pub jacobian: Vec<f64>,
     /// The tool's outline, a closed polygon in the x-y plane (m).
     pub tool_outline: Vec<[f64; 2]>,
+    /// The tool's velocity (m/s); not part of the files.
+    pub tool_velocity: [f64; 2],
 }
 
 /// One output as a column of a table: the name and SI unit as in the FMU, and its value.
@@ -120,4 +141,13 @@ pub const COLUMNS: &[Column] = &[
     Column { name: "numerics.mass_factor", unit: "1", value: |o| o.mass_factor },
     Column { name: "energy.surplus_kinetic", unit: "J", value: |o| o.surplus_kinetic_energy },
     Column { name: "energy.mass_scaling", unit: "J", value: |o| o.mass_scaling_energy },
+    Column { name: "numerics.retries", unit: "1", value: |o| f64::from(o.retries) },
+    Column { name: "numerics.force_error_band", unit: "1", value: |o| o.force_error_band },
+    Column { name: "numerics.estimated_cpu_time", unit: "s", value: |o| o.estimated_cpu_time },
+    Column { name: "energy.thermoelastic", unit: "J", value: |o| o.thermoelastic },
+    Column { name: "energy.tool_heat", unit: "J", value: |o| o.tool_heat },
+    Column { name: "tool_temperature_peak", unit: "K", value: |o| o.tool_temperature_peak },
+    Column { name: "energy.damage", unit: "J", value: |o| o.damage_work },
+    Column { name: "energy.viscous", unit: "J", value: |o| o.viscous_work },
+    Column { name: "sticking_share", unit: "1", value: |o| o.sticking_share },
 ];

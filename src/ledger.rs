@@ -1,21 +1,30 @@
 //! The energy ledger: where the tool's work went.
 //!
 //! tool work + mass scaling = kinetic + elastic + plastic + friction + damping + contact + retired
+//!                          + thermoelastic + damage + viscous
 //!
 //! Each term is computed from what it names and none as a remainder, so the balance is a test of the solver:
 //!
 //! * kinetic and elastic: from the points' velocities and stresses;
 //! * plastic: flow stress times strain increment at each return;
+//! * damage: plastic work of points past the initiation of damage, and the elastic energy that damage releases;
+//! * viscous: work of the artificial viscosity, which heats nothing;
 //! * friction: friction impulse times slip;
-//! * contact: ½ m |Δv|² of nodes brought to the tool's or a wall's velocity in one substep (inelastic impact),
-//!   and what points lose that are pushed out of the tool;
+//! * contact: ½ m |Δv|² of nodes brought to the tool's or a wall's velocity in one substep (inelastic impact; at points that
+//!   touch, half the contact impulse times the change of their velocity, which is contact's share of the same sum), and the
+//!   work of contact impulses on what approach is left (`touching`);
 //! * damping: what the scheme itself dissipates. A substep changes the points' kinetic energy by the work of all forces
 //!   at the new grid velocity less Σ_nodes m |Δv|² − ½ Σ_points m |Δv|², and their stored and plastic energy by the
 //!   stress power with the mean stress, ½ Σ V₀ Δτ : h more than the grid's forces give. So
 //!   damping = Σ_nodes m |Δv|² − ½ Σ_points m |Δv|² − ½ Σ V₀ Δτ : h − contact. Half of the first term is FLIP's
 //!   filter (at least 0 by Jensen's inequality); the rest oscillates about zero in elastic waves, and is lost
 //!   where a node has so little mass that its points do not take over its velocity;
+//!   With APIC (`affine`), whose points take the grid's velocity, their kinetic energy changes by what it changes: the work of
+//!   all forces, Σ_nodes m Δv·v, less the gain of ½ Σ_points m |v|² takes the place of the first two terms, and damping holds
+//!   what goes into the points' affine fields and comes back from there;
 //! * mass scaling: kinetic energy that changes of the mass factor bring in, at constant velocity;
+//! * thermoelastic: elastic energy that heat took, or gave where it is negative (expansion of material under pressure); the
+//!   heat itself is not lessened by it, which is a part of some 3 α T₀ κ/(ρ c) of pressure changes, and small;
 //! * retired: kinetic and elastic energy of points that left the domain.
 
 use crate::chunk::ChunkSums;
@@ -28,8 +37,14 @@ pub struct Ledger {
     pub tool_work: f64,
     /// Plastic work (J).
     pub plastic_work: f64,
+    /// Work of separation (J).
+    pub damage_work: f64,
+    /// Work of artificial viscosity (J).
+    pub viscous_work: f64,
     /// Friction work (J).
     pub friction_work: f64,
+    /// Elastic energy that heat took by expanding the material (J).
+    pub thermoelastic: f64,
     /// Dissipated by the scheme: transfer between grid and points, and time integration (J).
     pub damping: f64,
     /// Dissipated by inelastic contact (J).
@@ -53,16 +68,18 @@ pub struct Ledger {
 impl Ledger {
     /// Adds the sums of a substep, in the order of the chunks.
     pub fn add(&mut self, sums: &ChunkSums) {
-        let ChunkSums { nodes, points } = sums;
-        let pushed = &points.pushed;
-        self.tool_work += nodes.tool_work + pushed.tool_work;
-        self.friction_work += nodes.friction_work + pushed.friction_work;
-        self.contact_loss += nodes.contact_loss + pushed.loss;
+        let ChunkSums { nodes, points, .. } = sums;
+        self.tool_work += nodes.tool_work;
+        self.friction_work += nodes.friction_work;
+        self.contact_loss += nodes.contact_loss - nodes.approach_work;
         self.damping +=
             2.0 * nodes.increment_energy - points.increment_energy - points.stress_lag - nodes.contact_loss;
         self.plastic_work += points.plastic_work;
-        self.tool_impulse[0] += nodes.tool_impulse[0] + pushed.impulse[0];
-        self.tool_impulse[1] += nodes.tool_impulse[1] + pushed.impulse[1];
+        self.thermoelastic += points.thermoelastic;
+        self.damage_work += points.damage_work;
+        self.viscous_work += points.viscous_work;
+        self.tool_impulse[0] += nodes.tool_impulse[0];
+        self.tool_impulse[1] += nodes.tool_impulse[1];
     }
 
     /// Unaccounted energy (J), given the present kinetic and elastic energy (J).
@@ -71,7 +88,10 @@ impl Ledger {
             - kinetic
             - elastic
             - self.plastic_work
+            - self.damage_work
+            - self.viscous_work
             - self.friction_work
+            - self.thermoelastic
             - self.damping
             - self.contact_loss
             - self.retired_energy

@@ -3,12 +3,13 @@
 //! | level | precision | Courant number | active window | mass scaling |
 //! |---|---|---|---|---|
 //! | exact | double | as given | none | none |
-//! | balanced | single | 0.55 | 3 feeds ahead | none |
+//! | balanced | single | 0.55 | 6 feeds ahead | none |
 //! | fast | single | 0.6 | 2 feeds ahead | automatic, 1 % of the cutting force |
 //!
 //! A level sets a parameter that stands at its start value; one that was set by hand keeps what it was set to. What each
 //! level costs in accuracy is measured in the README.
 
+use crate::price_list::PRESETS;
 use crate::scene::{Numerics, Precision, Scene, Speed};
 
 /// The scene with its level's levers pulled; doing it again changes nothing.
@@ -18,7 +19,7 @@ pub fn pull(scene: &mut Scene) {
     let levers = match numerics.speed {
         Speed::Exact => return,
         Speed::Balanced => {
-            Numerics { precision: Precision::Single, courant: 0.55, active_window: 3.0, ..start.clone() }
+            Numerics { precision: Precision::Single, courant: 0.55, active_window: 6.0, ..start.clone() }
         }
         Speed::Fast => Numerics {
             precision: Precision::Single,
@@ -50,6 +51,9 @@ pub fn pull(scene: &mut Scene) {
 pub fn summary(scene: &Scene, mass_factor: f64) -> String {
     let numerics = &scene.numerics;
     let mut parts = Vec::new();
+    if let Some(preset) = PRESETS.iter().find(|preset| preset.accuracy == numerics.accuracy) {
+        parts.push(format!("preset {}: points {} m apart", preset.name, numerics.point_spacing));
+    }
     if numerics.precision == Precision::Single {
         parts.push("single precision".to_owned());
     }

@@ -24,10 +24,10 @@ use crate::dimension::Dimension;
 use crate::grid::{Layout, Record, add_force};
 use crate::material::ConstitutiveModel;
 use crate::partition::Partition;
-use crate::points::{BLOCK, Block, Column, PointState};
+use crate::points::{BLOCK, Block, Column, Places, PointState};
 use crate::shape::ShapeFunction;
 use crate::simd::{InstructionSet, Kernel, Real, Simd, Vector, dispatch};
-use crate::transfer::first_node;
+use crate::transfer::{NodeRun, first_node};
 
 /// Motion of the points between two looks at their volume ratios (cells).
 ///
@@ -122,33 +122,44 @@ impl LockingControl {
         shape: &F,
         model: &M,
     ) {
-        let layout = &partition.layout;
         for block in partition.chunks.iter().flat_map(|chunk| &chunk.blocks) {
-            let mut weights = None;
-            // Sorted points share their nearest node with their neighbours.
-            let mut last = (D::vector(|_| i32::MIN), false);
-            for lane in 0..BLOCK {
-                let node = node_of(block, lane);
-                if node.as_ref() != last.0.as_ref() {
-                    let mut is_near = false;
-                    for_each_node::<D>(layout, &node, |index, _| is_near |= self.nodes[index].is_wanted);
-                    last = (node, is_near);
-                }
-                if !last.1 || !block.is_point(lane) {
-                    continue;
-                }
-                let weights = weights.get_or_insert_with(|| Stencils::of(block, shape));
-                let volume = block.volume[lane].to_f64();
-                let strain = model.volume_ratio(&block.state, lane) - 1.0;
-                for_each_node::<D>(layout, &node, |index, places| {
-                    let average = &mut self.nodes[index];
-                    if average.is_wanted {
-                        let share = volume * weights.weight::<D>(lane, &places);
-                        average.strain += share * strain;
-                        average.volume += share;
-                    }
-                });
+            let ratio = &|lane: usize| model.volume_ratio(&block.state, lane);
+            self.average_block(&partition.layout, &block.places(), shape, ratio);
+        }
+    }
+
+    /// Adds to the marked nodes what the points of a block near them have; `ratio` gives volume ratios.
+    fn average_block<R: Real, D: Dimension, F: ShapeFunction<R>>(
+        &mut self,
+        layout: &Layout,
+        points: &Places<'_, R, D>,
+        shape: &F,
+        ratio: &dyn Fn(usize) -> f64,
+    ) {
+        let mut weights = None;
+        // Sorted points share their nearest node with their neighbours.
+        let mut last = (D::vector(|_| i32::MIN), false);
+        for lane in points.points() {
+            let node = points.node_of(lane);
+            if node.as_ref() != last.0.as_ref() {
+                let mut is_near = false;
+                for_each_node::<D>(layout, &node, |index, _| is_near |= self.nodes[index].is_wanted);
+                last = (node, is_near);
             }
+            if !last.1 {
+                continue;
+            }
+            let weights = weights.get_or_insert_with(|| Stencils::of(points, shape));
+            let volume = points.volume[lane].to_f64();
+            let strain = ratio(lane) - 1.0;
+            for_each_node::<D>(layout, &node, |index, places| {
+                let average = &mut self.nodes[index];
+                if average.is_wanted {
+                    let share = volume * weights.weight::<D>(lane, &places);
+                    average.strain += share * strain;
+                    average.volume += share;
+                }
+            });
         }
     }
 
@@ -166,20 +177,12 @@ impl LockingControl {
         for &(c, b, lane) in &self.suspects {
             let block = &mut chunks[c].blocks[b];
             if stencils.as_ref().is_none_or(|(place, _)| *place != (c, b)) {
-                stencils = Some(((c, b), Stencils::of(block, shape)));
+                stencils = Some(((c, b), Stencils::of(&block.places(), shape)));
             }
             let Some((_, weights)) = &stencils else { continue };
             let node = node_of(block, lane);
-            let mut around = 0.0;
-            for_each_node::<D>(layout, &node, |index, places| {
-                let Average { strain, volume, .. } = self.nodes[index];
-                // A node on which nothing but rounding lies has no say, and next to no weight.
-                if volume > 0.0 {
-                    around += weights.weight::<D>(lane, &places) * strain / volume;
-                }
-            });
             let own = model.volume_ratio(&block.state, lane);
-            let deviation = own - 1.0 - around;
+            let deviation = own - 1.0 - self.around::<R, D>(layout, &node, lane, weights);
             let excess = deviation.abs() - threshold;
             if excess <= 0.0 {
                 continue;
@@ -190,20 +193,34 @@ impl LockingControl {
             taken += volume * fallen;
             // Eq. 11 of Ambati et al. (2011) with the change of stress, which is the same along every axis.
             let strength = -volume * (mean_stress(model, block, lane) - before) / layout.cell;
-            let run = &mut incoming[c];
-            for_each_node::<D>(layout, &node, |index, places| {
-                let force = D::vector(|axis| strength * weights.slope::<D>(lane, &places, axis));
-                let begin = (index - run.first) * D::QUADS;
-                let record: &mut [Record<R>] = &mut run.records[begin..begin + D::QUADS];
-                add_force::<R, D>(record, force);
-            });
+            weights.push::<D>(layout, &node, lane, strength, &mut incoming[c]);
         }
         taken
+    }
+
+    /// Volume strain (-) that the nodes around a point have on average.
+    #[inline(never)]
+    fn around<R: Real, D: Dimension>(
+        &self,
+        layout: &Layout,
+        node: &D::Vector<i32>,
+        lane: usize,
+        weights: &Stencils<R>,
+    ) -> f64 {
+        let mut around = 0.0;
+        for_each_node::<D>(layout, node, |index, places| {
+            let Average { strain, volume, .. } = self.nodes[index];
+            // A node on which nothing but rounding lies has no say, and next to no weight.
+            if volume > 0.0 {
+                around += weights.weight::<D>(lane, &places) * strain / volume;
+            }
+        });
+        around
     }
 }
 
 /// Nearest node of a point.
-fn node_of<R: Real, D: Dimension, S>(block: &Block<R, D, S>, lane: usize) -> D::Vector<i32> {
+pub(crate) fn node_of<R: Real, D: Dimension, S>(block: &Block<R, D, S>, lane: usize) -> D::Vector<i32> {
     D::vector(|axis| block.node[axis][lane])
 }
 
@@ -219,7 +236,7 @@ fn mean_stress<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
 
 /// Calls `visit` with the index in the layout of each node that a point at `node` touches, and the node's place in the
 /// stencil along each axis.
-fn for_each_node<D: Dimension>(
+pub(crate) fn for_each_node<D: Dimension>(
     layout: &Layout,
     node: &D::Vector<i32>,
     mut visit: impl FnMut(usize, [usize; 3]),
@@ -234,20 +251,39 @@ fn for_each_node<D: Dimension>(
 }
 
 /// Weights and slopes of a block's points, by axis and place in the stencil.
-struct Stencils<R> {
-    weights: [[Column<R>; 3]; 3],
-    slopes: [[Column<R>; 3]; 3],
+pub(crate) struct Stencils<R> {
+    pub(crate) weights: [[Column<R>; 3]; 3],
+    pub(crate) slopes: [[Column<R>; 3]; 3],
 }
 
 impl<R: Real> Stencils<R> {
-    fn of<D: Dimension, S, F: ShapeFunction<R>>(block: &Block<R, D, S>, shape: &F) -> Self {
+    /// Those of a block.
+    pub(crate) fn of<D: Dimension, F: ShapeFunction<R>>(points: &Places<'_, R, D>, shape: &F) -> Self {
         // A few blocks every some ten substeps: the portable instruction set is fast enough.
-        dispatch(InstructionSet::Portable, BlockStencils { offset: block.offset.as_ref(), shape })
+        dispatch(InstructionSet::Portable, BlockStencils { offset: points.offset.as_ref(), shape })
     }
 
     /// Weight of a node for a point (-).
     fn weight<D: Dimension>(&self, lane: usize, places: &[usize; 3]) -> f64 {
         (0..D::AXES).map(|axis| self.weights[axis][places[axis]][lane].to_f64()).product()
+    }
+
+    /// Adds a force (N per unit slope, the same along every axis) of the point at `lane` to the nodes around it.
+    #[inline(never)]
+    fn push<D: Dimension>(
+        &self,
+        layout: &Layout,
+        node: &D::Vector<i32>,
+        lane: usize,
+        strength: f64,
+        run: &mut NodeRun<R>,
+    ) {
+        for_each_node::<D>(layout, node, |index, places| {
+            let force = D::vector(|axis| strength * self.slope::<D>(lane, &places, axis));
+            let begin = (index - run.first) * D::QUADS;
+            let record: &mut [Record<R>] = &mut run.records[begin..begin + D::QUADS];
+            add_force::<R, D>(record, force);
+        });
     }
 
     /// Slope of that weight along an axis (1/cell).

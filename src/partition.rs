@@ -32,18 +32,23 @@ const MOST_CHUNKS: usize = 16;
 pub struct Bulk(Vec<u8>);
 
 impl Bulk {
+    /// Reads the numbers from the first on.
+    pub fn reader(&self) -> BulkReader<'_> {
+        BulkReader(&self.0)
+    }
+
     /// Appends numbers, each as its bytes.
-    fn put<const N: usize>(&mut self, numbers: impl Iterator<Item = [u8; N]>) {
+    pub fn put<const N: usize>(&mut self, numbers: impl Iterator<Item = [u8; N]>) {
         numbers.for_each(|number| self.0.extend_from_slice(&number));
     }
 
     /// Appends floating-point numbers; single precision is kept exactly by double.
-    fn put_reals<'a, R: Real>(&mut self, values: impl IntoIterator<Item = &'a R>) {
+    pub fn put_reals<'a, R: Real>(&mut self, values: impl IntoIterator<Item = &'a R>) {
         self.put(values.into_iter().map(|value| value.to_f64().to_le_bytes()));
     }
 
     /// Appends counts.
-    fn put_counts(&mut self, counts: impl IntoIterator<Item = usize>) {
+    pub fn put_counts(&mut self, counts: impl IntoIterator<Item = usize>) {
         self.put(counts.into_iter().map(|count| (count as u64).to_le_bytes()));
     }
 }
@@ -62,25 +67,55 @@ impl<'de> Deserialize<'de> for Bulk {
 }
 
 /// Reads what `Bulk` holds, from its front.
-struct BulkReader<'a>(&'a [u8]);
+pub struct BulkReader<'a>(&'a [u8]);
 
 impl BulkReader<'_> {
     fn damaged() -> Error {
         Error::DamagedState("its points do not fit this scene".into())
     }
 
-    fn take<const N: usize>(&mut self) -> Result<[u8; N], Error> {
+    /// The next number's bytes.
+    ///
+    /// # Errors
+    /// `Error::DamagedState` when there are none left, as for the other functions.
+    pub fn take<const N: usize>(&mut self) -> Result<[u8; N], Error> {
         let (number, rest) = self.0.split_first_chunk().ok_or_else(Self::damaged)?;
         self.0 = rest;
         Ok(*number)
     }
 
-    fn real<R: Real>(&mut self) -> Result<R, Error> {
+    /// The next floating-point number.
+    ///
+    /// # Errors
+    /// As `take`.
+    pub fn real<R: Real>(&mut self) -> Result<R, Error> {
         self.take().map(f64::from_le_bytes).map(R::from_f64)
     }
 
-    fn count(&mut self) -> Result<usize, Error> {
+    /// The next count.
+    ///
+    /// # Errors
+    /// As `take`.
+    pub fn count(&mut self) -> Result<usize, Error> {
         usize::try_from(u64::from_le_bytes(self.take()?)).map_err(|_| Self::damaged())
+    }
+
+    /// The next count of things that take at least `bytes` each: one that cannot be there is damage, not a reason to ask
+    /// for memory.
+    ///
+    /// # Errors
+    /// As `take`.
+    pub fn count_of(&mut self, bytes: usize) -> Result<usize, Error> {
+        self.count()
+            .and_then(|count| if count <= self.0.len() / bytes { Ok(count) } else { Err(Self::damaged()) })
+    }
+
+    /// Makes sure that nothing is left.
+    ///
+    /// # Errors
+    /// `Error::DamagedState` when something is.
+    pub fn finish(self) -> Result<(), Error> {
+        if self.0.is_empty() { Ok(()) } else { Err(Self::damaged()) }
     }
 }
 
@@ -343,10 +378,9 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
     /// Takes what `bulk` gave.
     ///
     /// # Errors
-    /// `Error::DamagedState` when its length does not fit this scene.
-    pub fn restore(&mut self, bulk: &Bulk) -> Result<(), Error> {
+    /// `Error::DamagedState` when it does not fit this scene.
+    pub fn restore(&mut self, reader: &mut BulkReader<'_>) -> Result<(), Error> {
         let damaged = BulkReader::damaged;
-        let mut reader = BulkReader(&bulk.0);
         let (count, frozen) = (reader.count()?, reader.count()?);
         // Checked before memory is asked for.
         let most = reader.0.len() / Self::bytes_per_block();
@@ -398,7 +432,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
                 *value = reader.real()?;
             }
         }
-        if reader.0.is_empty() { Ok(()) } else { Err(damaged()) }
+        Ok(())
     }
 }
 

@@ -32,6 +32,19 @@ pub trait PointState<R: Real>: Clone + Send + Sync {
 
     /// Column `k`, to write.
     fn column_mut(&mut self, k: usize) -> &mut Column<R>;
+
+    /// Whether points carry an affine velocity field (`affine`).
+    const IS_AFFINE: bool = false;
+
+    /// First moments of the velocity around each point, where it carries them.
+    fn moments(&self) -> &[Column<R>; 4] {
+        unreachable!("points without an affine velocity field")
+    }
+
+    /// The same, to write.
+    fn moments_mut(&mut self) -> &mut [Column<R>; 4] {
+        unreachable!("points without an affine velocity field")
+    }
 }
 
 /// 64 material points.
@@ -50,6 +63,41 @@ pub struct Block<R: Real, D: Dimension, S> {
     pub id: Column<u32>,
     /// The constitutive model's state.
     pub state: S,
+}
+
+/// What a block tells of its points without their material: passes that need no more are compiled once for all models.
+#[derive(Clone, Copy)]
+pub struct Places<'a, R: Real, D: Dimension> {
+    /// Nearest grid node along each axis.
+    pub node: &'a D::Vector<Column<i32>>,
+    /// Offset from that node over the cell length (-).
+    pub offset: &'a D::Vector<Column<R>>,
+    /// Volume at the start (m3); 0 marks a place without a point.
+    pub volume: &'a Column<R>,
+}
+
+impl<R: Real, D: Dimension> Places<'_, R, D> {
+    /// The places of points.
+    pub fn points(&self) -> impl Iterator<Item = usize> {
+        (0..BLOCK).filter(|&lane| self.volume[lane] > R::ZERO)
+    }
+
+    /// Nearest node of a point.
+    pub fn node_of(&self, lane: usize) -> D::Vector<i32> {
+        D::vector(|axis| self.node[axis][lane])
+    }
+
+    /// Distance of a point from a node of its stencil along an axis (cells).
+    pub fn from_node(&self, lane: usize, places: &[usize; 3], axis: usize) -> f64 {
+        self.offset[axis][lane].to_f64() + 1.0 - places[axis] as f64
+    }
+}
+
+impl<R: Real, D: Dimension, S> Block<R, D, S> {
+    /// Where its points are.
+    pub fn places(&self) -> Places<'_, R, D> {
+        Places { node: &self.node, offset: &self.offset, volume: &self.volume }
+    }
 }
 
 impl<R: Real, D: Dimension, S: PointState<R>> Block<R, D, S> {

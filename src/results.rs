@@ -2,7 +2,8 @@
 //!
 //! Every `results.interval` of simulated time: `frame_00012.vtu` (points) and `tool_00012.vtp` (the tool's outline);
 //! `frames.pvd`, which lists them with their times, and `history.csv`, one line of outputs per frame, are whole and
-//! readable after every frame. All of them name the program's version and the parameters in use. Files of an earlier
+//! readable after every frame. Where a cut has a machined surface and a chip, each frame has `surface_00012.csv` and
+//! `rake_00012.csv` (`profiles`) as well, and `segmentation.csv` a line (`segmentation`). All of them name the program's version and the parameters in use. Files of an earlier
 //! run by these names are removed when a run starts; a file by one of these names that this program did not write is
 //! never touched: the run is refused. Two runs at the same time need two directories.
 
@@ -14,6 +15,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::fields::{COLUMNS, Outputs, PointFields};
+use crate::profiles::{self, RAKE_QUANTITIES, RakeFace, SURFACE_QUANTITIES};
+use crate::scene::{DimensionChoice, SceneKind};
+use crate::segmentation::{self, StartLattice};
 use crate::{Error, Scene, vtk};
 
 /// Writes the files of one run. Plain data: a copy continues where the original stood.
@@ -22,10 +26,36 @@ pub struct ResultsWriter {
     directory: PathBuf,
     interval: f64,
     parameters: Vec<(String, String)>,
+    /// The block that is cut, where this is a cut of one block.
+    cut: Option<CutBlock>,
     /// Time of the first frame (s), from which the frames are counted.
     start: Option<f64>,
     frames: Vec<Frame>,
     notice: String,
+}
+
+/// What profiles and segmentation need to know of the workpiece.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct CutBlock {
+    /// Length along the cut, height, width (m).
+    size: [f64; 3],
+    /// Distance of points at the start (m).
+    spacing: f64,
+    /// Axes with more than one point: 2 or 3.
+    axes: usize,
+}
+
+impl CutBlock {
+    /// Points fed in later are not numbered by place, so an endless workpiece has none.
+    fn of(scene: &Scene) -> Option<CutBlock> {
+        let workpiece = &scene.workpiece;
+        let is_one_block = scene.kind == SceneKind::Cut && !workpiece.endless;
+        is_one_block.then(|| CutBlock {
+            size: [workpiece.length, workpiece.height, workpiece.width],
+            spacing: scene.numerics.point_spacing,
+            axes: if scene.numerics.dimension == DimensionChoice::ThreeDimensional { 3 } else { 2 },
+        })
+    }
 }
 
 /// One frame on disk.
@@ -34,6 +64,7 @@ struct Frame {
     number: u64,
     time: f64,
     history_line: String,
+    segmentation_line: Option<String>,
 }
 
 impl ResultsWriter {
@@ -62,6 +93,7 @@ impl ResultsWriter {
             directory,
             interval: scene.results.interval,
             parameters: parameters_in_use.to_vec(),
+            cut: CutBlock::of(scene),
             start: None,
             frames: Vec::new(),
             notice,
@@ -90,12 +122,65 @@ impl ResultsWriter {
             number,
             time: fields.time,
             history_line: history_line(fields.time, outputs),
+            segmentation_line: self.segmentation_line(fields, outputs),
         });
         vtk::write_points(&self.directory.join(points_name(number)), fields, &self.parameters)?;
         let outline = self.directory.join(outline_name(number));
         vtk::write_outline(&outline, fields.time, &fields.tool_outline, &self.parameters)?;
+        self.write_profiles(number, fields)?;
         replace(&self.directory.join("frames.pvd"), &self.collection())?;
+        if self.frames.iter().any(|frame| frame.segmentation_line.is_some()) {
+            replace(&self.directory.join("segmentation.csv"), &self.segmentation())?;
+        }
         replace(&self.directory.join("history.csv"), &self.history())
+    }
+
+    /// Writes the profiles that this frame has: none of the surface before there is enough of it, none along the rake face
+    /// before something is near it.
+    fn write_profiles(&self, number: u64, fields: &PointFields) -> Result<(), Error> {
+        let outline = &fields.tool_outline;
+        let (Some(CutBlock { size, spacing, .. }), Some(edge), Some(face)) =
+            (&self.cut, profiles::lowest_point(outline), RakeFace::of(outline))
+        else {
+            return Ok(());
+        };
+        let write = |name: &str, table: String| {
+            let path = self.directory.join(format!("{name}_{number:05}.csv"));
+            let time = format!("# time = {:e} s\n", fields.time);
+            replace(&path, &(history_head(&self.parameters) + &time + &table))
+        };
+        if let Some(stretch) = profiles::stretch_behind(edge[0], size[0], size[1] - edge[1]) {
+            let rows = profiles::under_surface(fields, stretch, edge[1], *spacing);
+            write("surface", profiles::table("depth (m)", SURFACE_QUANTITIES, &rows))?;
+        }
+        let rows = profiles::along_rake(fields, &face, *spacing);
+        if !rows.is_empty() {
+            write("rake", profiles::table("distance from edge (m)", RAKE_QUANTITIES, &rows))?;
+        }
+        Ok(())
+    }
+
+    /// The chip's bands at this frame, where there is a chip to look at.
+    fn segmentation_line(&self, fields: &PointFields, outputs: &Outputs) -> Option<String> {
+        let block = self.cut.as_ref()?;
+        let [x, plane] = profiles::lowest_point(&fields.tool_outline)?;
+        let feed = block.size[1] - plane;
+        let lattice = StartLattice::new(block.size, block.spacing, block.axes);
+        let strain = segmentation::fibre(fields, &lattice, plane, feed, x);
+        if strain.is_empty() {
+            return None;
+        }
+        let bands = segmentation::bands(&strain, lattice.step[0], feed);
+        let thickness = outputs.chip_thickness;
+        let compression = if thickness > 0.0 { feed / thickness } else { 0.0 };
+        let speed = -fields.tool_velocity[0];
+        Some(segmentation::line(&bands, fields.time, block.size[0] - x, speed, compression))
+    }
+
+    fn segmentation(&self) -> String {
+        let lines = self.frames.iter().filter_map(|frame| frame.segmentation_line.as_deref());
+        let lines: Vec<&str> = std::iter::once(segmentation::TABLE_HEAD).chain(lines).collect();
+        history_head(&self.parameters) + &lines.join("\n") + "\n"
     }
 
     /// Forgets the frames later than `time` (s), when a run goes back to a saved state; they are written anew.
@@ -177,19 +262,20 @@ fn history_line(time: f64, outputs: &Outputs) -> String {
 }
 
 /// Removes the files of an earlier run and counts them; refuses where a foreign file has one of their names.
+///
+/// What a killed run left half written (`vtk::replace`) goes as well, and is not counted.
 fn remove_earlier_run(directory: &Path) -> Result<usize, Error> {
-    let is_ours = |name: &String| {
-        ["frames.pvd", "history.csv"].contains(&name.as_str())
+    let is_ours = |name: &str| {
+        ["frames.pvd", "history.csv", "segmentation.csv"].contains(&name)
+            || frame_number(name, "surface_", ".csv").is_some()
+            || frame_number(name, "rake_", ".csv").is_some()
             || frame_number(name, "frame_", ".vtu").is_some()
             || frame_number(name, "tool_", ".vtp").is_some()
     };
-    let paths: Vec<PathBuf> =
-        file_names(directory)?.iter().filter(|n| is_ours(n)).map(|n| directory.join(n)).collect();
+    let names = file_names(directory)?;
+    let paths: Vec<PathBuf> = names.iter().filter(|n| is_ours(n)).map(|n| directory.join(n)).collect();
     for path in &paths {
-        let mut start = Vec::new();
-        let read = fs::File::open(path).and_then(|file| file.take(200).read_to_end(&mut start));
-        read.map_err(|e| refused(path, &e.to_string()))?;
-        if !String::from_utf8_lossy(&start).contains(vtk::MARK) {
+        if !start_of(path)?.contains(vtk::MARK) {
             let reason = "results.directory needs this name, but the file there was not written by swarf; \
                           it is left as it is: choose another directory";
             return Err(refused(path, reason));
@@ -198,7 +284,22 @@ fn remove_earlier_run(directory: &Path) -> Result<usize, Error> {
     for path in &paths {
         fs::remove_file(path).map_err(|e| refused(path, &e.to_string()))?;
     }
+    for name in names.iter().filter(|name| name.strip_suffix(vtk::PART).is_some_and(is_ours)) {
+        let path = directory.join(name);
+        let start = start_of(&path)?;
+        if start.is_empty() || start.contains(vtk::MARK) {
+            fs::remove_file(&path).map_err(|e| refused(&path, &e.to_string()))?;
+        }
+    }
     Ok(paths.len())
+}
+
+/// The first bytes of a file, which hold the mark where this program wrote it.
+fn start_of(path: &Path) -> Result<String, Error> {
+    let mut start = Vec::new();
+    let read = fs::File::open(path).and_then(|file| file.take(200).read_to_end(&mut start));
+    read.map_err(|e| refused(path, &e.to_string()))?;
+    Ok(String::from_utf8_lossy(&start).into_owned())
 }
 
 fn file_names(directory: &Path) -> Result<Vec<String>, Error> {
@@ -212,14 +313,8 @@ fn frame_number(name: &str, before: &str, after: &str) -> Option<u64> {
     if is_number { digits.parse().ok() } else { None }
 }
 
-/// Writes a file beside its place and moves it there, so that a reader finds the old or the new one, never half.
 fn replace(path: &Path, text: &str) -> Result<(), Error> {
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    let beside = PathBuf::from(beside);
-    fs::write(&beside, text)
-        .and_then(|()| fs::rename(&beside, path))
-        .map_err(|e| refused(path, &e.to_string()))
+    vtk::replace(path, text.as_bytes())
 }
 
 fn refused(path: &Path, reason: &str) -> Error {
@@ -297,8 +392,14 @@ mod tests {
         let mut writer = ResultsWriter::new(&scene(&folder), &[]).unwrap().unwrap();
         writer.write_frame(&fields(0.0), &Outputs::default()).unwrap();
         fs::write(folder.join("notes.txt"), "mine").unwrap();
+        // A killed run's remains go, whatever came of them; a foreign file by such a name stays.
+        fs::write(folder.join("frame_00007.vtu.part"), "").unwrap();
+        fs::write(folder.join("history.csv.part"), format!("# {} cut off", vtk::MARK)).unwrap();
+        fs::write(folder.join("frames.pvd.part"), "mine").unwrap();
         let again = ResultsWriter::new(&scene(&folder), &[]).unwrap().unwrap();
         assert!(again.notice().contains("4 files of an earlier run were removed"), "{}", again.notice());
+        assert!(!folder.join("frame_00007.vtu.part").exists() && !folder.join("history.csv.part").exists());
+        assert_eq!(fs::read_to_string(folder.join("frames.pvd.part")).unwrap(), "mine");
         assert_eq!(fs::read_to_string(folder.join("notes.txt")).unwrap(), "mine");
         fs::write(folder.join("history.csv"), "my own table").unwrap();
         let error = ResultsWriter::new(&scene(&folder), &[]).unwrap_err();

@@ -5,12 +5,15 @@
 //! take the fraction of the last substep's impulse that belongs to it. So the state after a span of time does not
 //! depend on how the span is cut into communication steps.
 
+use crate::checks;
 use crate::chip::{Survey, shear_angle};
 use crate::composition;
 use crate::error::Error;
+use crate::estimate::{self, Estimate};
 pub use crate::fields::{Outputs, PointFields};
 use crate::parallel::in_pool;
 use crate::partition::Bulk;
+use crate::price_list;
 use crate::results::ResultsWriter;
 use crate::scene::{Inputs, Scene};
 use crate::simulation::{Drive, Progress, Solver};
@@ -39,6 +42,7 @@ struct Totals {
     time: f64,
     impulse: [f64; 2],
     work: f64,
+    contact_areas: [f64; 2],
     substeps: u64,
 }
 
@@ -49,6 +53,7 @@ impl Totals {
             time: progress.clock,
             impulse: ledger.tool_impulse,
             work: ledger.tool_work,
+            contact_areas: progress.contact_areas,
             substeps: progress.substeps,
         }
     }
@@ -58,10 +63,12 @@ impl Totals {
         let length = after.time - before.time;
         let share = if length > 0.0 { ((time - before.time) / length).clamp(0.0, 1.0) } else { 1.0 };
         let mix = |a: f64, b: f64| a + share * (b - a);
+        let pair = |a: [f64; 2], b: [f64; 2]| [mix(a[0], b[0]), mix(a[1], b[1])];
         Totals {
             time,
-            impulse: [mix(before.impulse[0], after.impulse[0]), mix(before.impulse[1], after.impulse[1])],
+            impulse: pair(before.impulse, after.impulse),
             work: mix(before.work, after.work),
+            contact_areas: pair(before.contact_areas, after.contact_areas),
             substeps: after.substeps,
         }
     }
@@ -121,7 +128,7 @@ impl Session {
         start_time: f64,
         parameters: &[(String, String)],
     ) -> Result<Self, Error> {
-        let scene = composition::check(scene)?;
+        let scene = checks::check(scene)?;
         let solver = composition::build(&scene)?;
         let results = ResultsWriter::new(&scene, parameters)?;
         let course = Course {
@@ -153,12 +160,24 @@ impl Session {
         self.course.start + self.course.time
     }
 
+    /// Estimates what the run from here to `stop_time` (s) takes with the present inputs, and shows it as an output.
+    ///
+    /// # Errors
+    /// `Error::Unstable` when a copy of the solver cannot make its first substeps, as this one then could not.
+    pub fn estimate(&mut self, stop_time: f64) -> Result<Estimate, Error> {
+        let course = &mut self.course;
+        let duration = (stop_time - course.start - self.solver.progress().clock).max(0.0);
+        let estimate = estimate::of_run(self.solver.as_ref(), &course.scene, &course.inputs, duration)?;
+        course.outputs.estimated_cpu_time = estimate.cpu_seconds;
+        Ok(estimate)
+    }
+
     /// Checks inputs that depend on the scene.
     ///
     /// # Errors
     /// `Error::OutOfRange` for a feed that leaves less than two cells below the tool.
     pub fn check_inputs(&self, inputs: &Inputs) -> Result<(), Error> {
-        composition::check_feed(&self.course.scene, inputs.feed)
+        checks::check_feed(&self.course.scene, inputs.feed)
     }
 
     /// Inputs from the present communication point on; slopes (per second) are all zero unless given.
@@ -279,6 +298,8 @@ impl Session {
             outputs.cutting_force = (last.impulse[0] - now.impulse[0]) / span;
             outputs.thrust_force = (last.impulse[1] - now.impulse[1]) / span;
             outputs.cutting_power = (now.work - last.work) / span;
+            let [all, sticking] = [0, 1].map(|k| now.contact_areas[k] - last.contact_areas[k]);
+            outputs.sticking_share = if all > 0.0 { (sticking / all).clamp(0.0, 1.0) } else { 0.0 };
         }
         let [low, high] = course.force_range.take().unwrap_or([course.filtered_force; 2]);
         (outputs.cutting_force_min, outputs.cutting_force_max) = (low, high);
@@ -317,11 +338,18 @@ impl Session {
         outputs.kinetic_energy = survey.kinetic;
         outputs.elastic_energy = survey.elastic;
         outputs.plastic_work = ledger.plastic_work;
+        outputs.damage_work = ledger.damage_work;
+        outputs.viscous_work = ledger.viscous_work;
         outputs.friction_work = ledger.friction_work;
         outputs.damping = ledger.damping;
+        outputs.thermoelastic = ledger.thermoelastic;
         outputs.contact_loss = ledger.contact_loss;
         outputs.retired_energy = ledger.retired_energy;
-        outputs.thermal_energy = survey.heat + ledger.retired_heat;
+        outputs.thermal_energy =
+            survey.heat + ledger.retired_heat + progress.heat.carry + progress.heat.waits();
+        outputs.tool_heat = progress.heat.friction_in_tool + progress.heat.contact;
+        let hottest = progress.heat.tool.iter().fold(0.0, |most: f64, &rise| most.max(rise));
+        outputs.tool_temperature_peak = workpiece.initial_temperature + hottest;
         // Before the tool has worked: what a feed × feed × width block holds elastically at yield.
         let yield_energy = constants.yield_stress.powi(2) / (2.0 * constants.youngs_modulus);
         let scale = ledger.tool_work.abs().max(feed * feed * workpiece.width * yield_energy);
@@ -331,22 +359,36 @@ impl Session {
         outputs.mass_factor = progress.mass_factor;
         outputs.surplus_kinetic_energy = survey.kinetic * (1.0 - 1.0 / progress.mass_factor);
         outputs.mass_scaling_energy = ledger.mass_scaling;
+        outputs.retries = i32::try_from(progress.retries).unwrap_or(i32::MAX);
         outputs.active_points = i32::try_from(self.solver.points()).unwrap_or(i32::MAX);
         outputs.retired_points = i32::try_from(ledger.retired_points).unwrap_or(i32::MAX);
         outputs.min_jacobian = survey.min_jacobian;
+        outputs.force_error_band = price_list::force_error_band(&course.scene, feed);
         [outputs.tool_position_x, outputs.tool_position_y] = tool.position;
         let has_chip = survey.chip_temperature().is_some();
+        // A substep without a touch is not the end: points come and go by ones. A point's width without any is.
+        let spacing = course.scene.numerics.point_spacing;
         outputs.chip_state = match progress.touches {
             [_, false] => 1,
-            [true, _] if has_chip && progress.cut_length > feed => 3,
-            [true, _] => 2,
-            [false, _] => 4,
+            _ if progress.way_since_touch > spacing => 4,
+            _ if has_chip && progress.cut_length > feed => 3,
+            _ => 2,
         };
     }
 
     /// Outputs at the last communication point.
     pub fn outputs(&self) -> &Outputs {
         &self.course.outputs
+    }
+
+    /// Fastest motion of a point along an axis in the last substep (m/s).
+    pub fn fastest_motion(&self) -> f64 {
+        self.solver.progress().fastest
+    }
+
+    /// Memory of one point's state (bytes).
+    pub fn bytes_per_point(&self) -> usize {
+        self.solver.bytes_per_point()
     }
 
     /// The points' fields at the solver's clock.
@@ -358,6 +400,7 @@ impl Session {
         points.sort_unstable_by_key(|point| point.id);
         for point in points {
             fields.id.push(point.id);
+            fields.mass.push(point.mass);
             fields.position.push(point.position);
             fields.velocity.push(point.velocity);
             fields.stress.push(point.report.stress);
@@ -368,6 +411,7 @@ impl Session {
         let tool = self.solver.tool();
         let outline = tool.shape.outline(16).into_iter();
         fields.tool_outline = outline.map(|[x, y]| [x + tool.position[0], y + tool.position[1]]).collect();
+        fields.tool_velocity = tool.velocity;
         fields
     }
 
@@ -431,7 +475,7 @@ impl Session {
             return Err(damaged("its checksum does not fit"));
         }
         let saved: Saved = postcard::from_bytes(body).map_err(|_| damaged("its content cannot be read"))?;
-        let scene = composition::check(&saved.course.scene).map_err(|error| damaged(&error.to_string()))?;
+        let scene = checks::check(&saved.course.scene).map_err(|error| damaged(&error.to_string()))?;
         let mut solver = composition::build(&scene)?;
         solver.restore(&saved.bulk, &saved.progress)?;
         Ok(Session { course: saved.course, solver })
@@ -468,8 +512,8 @@ impl Course {
     }
 }
 
-/// First bytes of a serialised state: format 2.
-const MAGIC: [u8; 8] = *b"swarfst3";
+/// First bytes of a serialised state: format 7.
+const MAGIC: [u8; 8] = *b"swarfst7";
 /// Bytes before the body: magic, length, checksum.
 const HEAD: usize = 20;
 

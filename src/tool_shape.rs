@@ -166,6 +166,22 @@ impl ToolShape {
         }
     }
 
+    /// Coordinate along the outline of the place that `closest` found (m): up the rake face from its start, negative down
+    /// the edge and along the flank, on over top and back.
+    pub fn along_outline(&self, point: [f64; 2], closest: &Closest) -> f64 {
+        let [rake, flank] = [&self.sides[0], &self.sides[1]];
+        let place = Vector2::from(point) - closest.distance * Vector2::from(closest.normal);
+        let angle = |normal: &Vector2<f64>| rake.normal.perp(normal).atan2(rake.normal.dot(normal));
+        let edge = self.radius * angle(&flank.normal);
+        match closest.face {
+            Face::Rake => closest.along,
+            Face::Edge => -self.radius * angle(&Vector2::from(closest.normal)),
+            Face::Flank => -edge - (place - flank.start).norm(),
+            Face::Back => -edge - flank.length - (place - flank.end()).norm(),
+            Face::Top => rake.length + (place - rake.start).norm(),
+        }
+    }
+
     /// Smallest and largest coordinates of the shape (m).
     pub fn bounds(&self) -> ([f64; 2], [f64; 2]) {
         let first = self.rake_start_vector();

@@ -1,309 +1,389 @@
-//! Contact of the tool with the material points themselves, solved on the grid before each substep.
+//! Contact of the tool with the material points themselves, solved on the grid before each substep: the law `surface`.
 //!
 //! A point is a square of its own; it touches when the tool reaches it, that is, when its distance from the tool is at most
 //! half its width. Each touching point p asks that the grid's velocity there does not enter the tool,
 //!
-//! (Σ_i w_ip v_i − v_tool) · n ≥ 0,
+//! (Σ_i w_ip v_i − v_tool) · n ≥ b,
 //!
 //! where the tool's surface is nearest to the point: w_ip are the point's weights carried on to that place c by their
 //! slopes, w_ip = N_i(x_p) + (c − x_p) · ∇N_i(x_p), as its velocity is by the velocity gradient. (The weights at c itself
 //! would mostly move nodes behind the surface, which have next to no mass.) The impulse j_p that sees to it acts on the
 //! nodes with the same weights, Δv_i = w_ip j_p/m_i, so momentum and its moment are exchanged where the material is,
 //! wherever the tool's face lies between the nodes. Pushing only and Coulomb's cone,
-//! |j_t| ≤ μ j_n, are kept at every point by projected Gauss–Seidel sweeps over the points, in the order of memory.
+//! |j_t| ≤ μ j_n, are kept at every point by projected Gauss–Seidel sweeps (`impulses`). They start from the forces of the last substep, which are part of the state. b is 0 for a point outside the tool;
+//! one that has come inside leaves at `RETURN` of its depth per substep.
 //!
 //! Source: Moreau (1999) and Jean (1999), Computer Methods in Applied Mechanics and Engineering 177 (contact dynamics, and
 //! the projected sweeps).
 //!
-//! Form of the effect: an optional pass in the place of a contact law on nodes. It runs on one thread: its result does not
-//! depend on how many there are.
+//! Form of the effect: an optional pass before the points. Points near the tool are listed, and listed anew when they are
+//! sorted or may have come from further away than `REACH`; the list only saves looking at the others. The pass runs on
+//! one thread: its result does not depend on how many there are.
 
-use crate::body_force::BodyForce;
 use crate::chunk::{NodeSums, TouchedNodes};
-use crate::contact::RigidTool;
+use crate::contact_nodes::{Conditions, NodeStart, assemble, closest, for_each_weight, from_tool};
 use crate::dimension::Dimension;
-use crate::grid::Layout;
-use crate::partition::Partition;
+use crate::error::Error;
+use crate::impulses::{Node, Reached, Touch, sweep, warm_start};
+use crate::partition::{Bulk, BulkReader, Partition};
 use crate::points::{BLOCK, Block, PointState};
 use crate::shape::ShapeFunction;
-use crate::simd::{InstructionSet, Kernel, Real, Simd, Vector, dispatch};
+use crate::simd::Real;
+use crate::sticking::{Layer, SLIDING, Sticking, Strength};
 use crate::tool_shape::Face;
-use crate::transfer::first_node;
 
-/// Most sweeps of a substep.
-const MOST_SWEEPS: usize = 50;
-/// Sweeps end when none changes a point's velocity by more than this part of the fastest speed (-).
-const TOLERANCE: f64 = 1e-6;
+/// Points are listed up to this far from the tool, beyond half their width (cells).
+const REACH: f64 = 1.0;
+/// Part of its depth that a point inside the tool comes out in a substep (-).
+const RETURN: f64 = 0.02;
+/// Marks a node of the layout that is not in the list.
+const NONE: u32 = u32::MAX;
 
-/// A node that a touching point reaches.
-struct Node {
-    index: usize,
-    velocity: [f64; 3],
-    change: [f64; 3],
-    /// One over the mass (1/kg), 0 along fixed axes.
-    inverse_mass: [f64; 3],
+/// Contact at the points: the list of those near the tool with their last forces, and working memory that is kept.
+#[derive(Clone, Debug, Default)]
+pub struct Touching {
+    near: Vec<NearPoint>,
+    /// Whether the list is of no use any more, and how far points and tool may have moved since it was made (cells).
+    is_stale: bool,
+    moved: f64,
+    /// By node of the layout: its place in `nodes`, or `NONE`.
+    places: Vec<u32>,
+    nodes: Vec<Node>,
+    starts: Vec<NodeStart>,
+    touches: Vec<Touch>,
+    /// Nodes of the touching points, one point after another, with weights carried on to the surface.
+    reached: Vec<Reached>,
+    /// The points' own weights there, where friction heat is wanted, and the heat by node (J).
+    own_weights: Vec<f64>,
+    heat: Vec<f64>,
+    /// Forces of points by number, while the list is made anew.
+    forces: Vec<(u32, [f64; 3])>,
+    touched: TouchedNodes,
+    /// The points as neighbours on the face, where the scene caps friction.
+    sticking: Sticking,
+    /// Sweeps of the last substep.
+    sweeps: u32,
 }
 
-/// A touching point.
-struct Touch {
-    normal: [f64; 3],
-    impulse: [f64; 3],
-    /// Place in the list of nodes, and weight.
-    stencil: Vec<(usize, f64)>,
-    rake_coordinate: f64,
+/// A point near the tool.
+#[derive(Clone, Copy, Debug)]
+struct NearPoint {
+    /// Where it stands in memory.
+    chunk: u32,
+    block: u32,
+    lane: u32,
+    /// Its number.
+    id: u32,
+    /// Contact force in the last substep (N).
+    force: [f64; 3],
 }
 
-/// What the substep is about, beside points and nodes.
-pub struct Conditions<'a> {
-    /// The tool.
-    pub tool: &'a RigidTool,
-    /// Body force, if there is one.
-    pub body_force: Option<&'a dyn BodyForce>,
-    /// Nodes lighter than this (kg) stay at rest.
-    pub lightest: f64,
-    /// Time at the start of the substep (s) and its length (s).
-    pub time: [f64; 2],
-}
+impl Touching {
+    /// What contact changed in the last substep.
+    pub fn touched(&self) -> &TouchedNodes {
+        &self.touched
+    }
 
-/// Solves the contact of a substep.
-pub fn solve<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>>(
-    partition: &Partition<R, D, S>,
-    shape: &F,
-    conditions: &Conditions<'_>,
-) -> TouchedNodes {
-    let mut nodes: Vec<Node> = Vec::new();
-    let mut places = std::collections::HashMap::new();
-    let mut touches = find(partition, shape, conditions, &mut nodes, &mut places);
-    if touches.is_empty() {
-        return TouchedNodes::default();
+    /// Touching points and sweeps of the last substep.
+    pub fn effort(&self) -> (usize, u32) {
+        (self.touches.len(), self.sweeps)
     }
-    let tool = conditions.tool;
-    let tool_velocity = [tool.velocity[0], tool.velocity[1], 0.0];
-    let fastest = nodes
-        .iter()
-        .flat_map(|node| node.velocity)
-        .chain(tool_velocity)
-        .fold(1e-300, |most: f64, v| most.max(v.abs()));
-    for _ in 0..MOST_SWEEPS {
-        let mut largest = 0.0_f64;
-        for touch in &mut touches {
-            largest = largest.max(sweep(touch, &mut nodes, tool_velocity, tool.friction));
-        }
-        if largest <= TOLERANCE * fastest {
-            break;
-        }
-    }
-    let mut sums = NodeSums::default();
-    for touch in &touches {
-        let relative = relative_velocity(touch, &nodes, tool_velocity);
-        let along: f64 = (0..3).map(|k| relative[k] * touch.normal[k]).sum();
-        for k in 0..3 {
-            sums.tool_work += touch.impulse[k] * tool_velocity[k];
-            sums.friction_work -= touch.impulse[k] * (relative[k] - along * touch.normal[k]);
-        }
-        sums.tool_impulse[0] += touch.impulse[0];
-        sums.tool_impulse[1] += touch.impulse[1];
-        if touch.impulse.iter().any(|&j| j != 0.0) {
-            sums.touches = true;
-            sums.contact_reach = sums.contact_reach.max(touch.rake_coordinate);
-        }
-    }
-    let mut changes: Vec<(usize, [f64; 3])> = nodes.iter().map(|node| (node.index, node.change)).collect();
-    changes.sort_unstable_by_key(|change| change.0);
-    TouchedNodes { nodes: changes, sums }
-}
 
-/// Velocity of a point on the grid relative to the tool (m/s).
-fn relative_velocity(touch: &Touch, nodes: &[Node], tool: [f64; 3]) -> [f64; 3] {
-    let mut relative = tool.map(|v| -v);
-    for &(place, weight) in &touch.stencil {
-        for k in 0..3 {
-            relative[k] += weight * nodes[place].velocity[k];
-        }
+    /// The points have been sorted: they stand elsewhere in memory.
+    pub fn note_sort(&mut self) {
+        self.is_stale = true;
     }
-    relative
-}
 
-/// Corrects one point's impulse; returns by how much that changed its velocity (m/s).
-fn sweep(touch: &mut Touch, nodes: &mut [Node], tool: [f64; 3], friction: f64) -> f64 {
-    let relative = relative_velocity(touch, nodes, tool);
-    // Velocity per impulse; along a fixed axis the point cannot be moved as much as elsewhere.
-    let mut compliance = [0.0_f64; 3];
-    for &(place, weight) in &touch.stencil {
-        for k in 0..3 {
-            compliance[k] += weight * weight * nodes[place].inverse_mass[k];
-        }
+    /// Points and tool have moved towards each other by up to so many cells.
+    pub fn note_motion(&mut self, cells: f64) {
+        self.moved += cells;
     }
-    let compliance = compliance.into_iter().fold(0.0, f64::max);
-    if compliance <= 0.0 {
-        return 0.0;
-    }
-    let wanted: [f64; 3] = std::array::from_fn(|k| touch.impulse[k] - relative[k] / compliance);
-    let push = (0..3).map(|k| wanted[k] * touch.normal[k]).sum::<f64>();
-    let drag: [f64; 3] = std::array::from_fn(|k| wanted[k] - push * touch.normal[k]);
-    let push = push.max(0.0);
-    let size = drag.iter().map(|j| j * j).sum::<f64>().sqrt();
-    let kept = if size > friction * push { friction * push / size } else { 1.0 };
-    let impulse: [f64; 3] = std::array::from_fn(|k| push * touch.normal[k] + kept * drag[k]);
-    let change: [f64; 3] = std::array::from_fn(|k| impulse[k] - touch.impulse[k]);
-    touch.impulse = impulse;
-    for &(place, weight) in &touch.stencil {
-        let node = &mut nodes[place];
-        for k in 0..3 {
-            let gain = weight * change[k] * node.inverse_mass[k];
-            node.velocity[k] += gain;
-            node.change[k] += gain;
-        }
-    }
-    compliance * change.iter().fold(0.0_f64, |most, j| most.max(j.abs()))
-}
 
-/// The touching points, with the nodes they reach.
-fn find<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>>(
-    partition: &Partition<R, D, S>,
-    shape: &F,
-    conditions: &Conditions<'_>,
-    nodes: &mut Vec<Node>,
-    places: &mut std::collections::HashMap<usize, usize>,
-) -> Vec<Touch> {
-    let layout = &partition.layout;
-    let tool = conditions.tool;
-    let (low, high) = tool.bounds();
-    let box_of = |axis: usize| {
-        let index = |x: f64| (x - layout.origin[axis]) / layout.cell;
-        index(low[axis]).floor() as i32 - 1..=index(high[axis]).ceil() as i32 + 1
-    };
-    let (columns, rows) = (box_of(0), box_of(1));
-    let mut touches = Vec::new();
-    for block in partition.chunks.iter().flat_map(|chunk| &chunk.blocks) {
-        for lane in 0..BLOCK {
-            if !columns.contains(&block.node[0][lane])
-                || !rows.contains(&block.node[1][lane])
-                || !block.is_point(lane)
-            {
-                continue;
-            }
-            let cells = block.grid_position(lane);
-            let position: [f64; 2] =
-                std::array::from_fn(|axis| layout.origin[axis] + layout.cell * cells[axis]);
-            let closest =
-                tool.shape.closest([position[0] - tool.position[0], position[1] - tool.position[1]]);
-            let half_width = 0.5 * block.volume[lane].to_f64().powf(1.0 / D::AXES as f64);
-            if closest.distance > half_width {
-                continue;
-            }
-            let mut stencil = Vec::with_capacity(27);
-            let shift = closest.normal.map(|n| -closest.distance * n / layout.cell);
-            for_each_weight::<R, D, F, S>(block, lane, shift, layout, shape, |index, axes, weight| {
-                let place = *places.entry(index).or_insert_with(|| {
-                    nodes.push(assemble::<R, D, S>(partition, conditions, index, axes));
-                    nodes.len() - 1
+    /// Appends the points' forces to a state.
+    pub fn save(&self, bulk: &mut Bulk) {
+        let pressed = || self.near.iter().filter(|point| point.force != [0.0; 3]);
+        bulk.put_counts([pressed().count()]);
+        for point in pressed() {
+            bulk.put([point.id.to_le_bytes()].into_iter());
+            bulk.put_reals(&point.force);
+        }
+    }
+
+    /// Takes what `save` gave.
+    ///
+    /// # Errors
+    /// `Error::DamagedState` when it is not there.
+    pub fn restore(&mut self, reader: &mut BulkReader<'_>) -> Result<(), Error> {
+        *self = Touching { is_stale: true, ..Touching::default() };
+        let count = reader.count_of(28)?;
+        for _ in 0..count {
+            let id = u32::from_le_bytes(reader.take()?);
+            let force = [reader.real()?, reader.real()?, reader.real()?];
+            self.near.push(NearPoint { chunk: 0, block: 0, lane: 0, id, force });
+        }
+        Ok(())
+    }
+
+    /// Solves the contact of a substep; `touched` then tells what it changes.
+    ///
+    /// `strength` gives the shear strength (Pa) of a point's material where that caps friction.
+    pub fn solve<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>>(
+        &mut self,
+        partition: &Partition<R, D, S>,
+        shape: &F,
+        conditions: &Conditions<'_>,
+        strength: Option<&Strength<'_, S>>,
+    ) {
+        if self.is_stale || self.moved > REACH || self.places.len() != partition.layout.nodes() {
+            self.list_near(partition, conditions, strength.is_some());
+        }
+        self.find(partition, shape, conditions, strength);
+        self.touched.nodes.clear();
+        self.touched.friction_heat.clear();
+        self.touched.sums = NodeSums::default();
+        self.sweeps = 0;
+        if self.touches.is_empty() {
+            return;
+        }
+        let cell = strength.map(|_| partition.layout.cell);
+        self.sweep_points::<D>(conditions, cell);
+        self.sum_up::<D>(conditions);
+        if let Some(cell) = cell {
+            let areas = self.sticking.areas(&self.touches, conditions.tool.friction, cell);
+            self.touched.sums.contact_areas = areas;
+        }
+    }
+
+    /// Lists the points near the tool, each with the force that it had in the list before; `caps` where strength caps friction.
+    fn list_near<R: Real, D: Dimension, S: PointState<R>>(
+        &mut self,
+        partition: &Partition<R, D, S>,
+        conditions: &Conditions<'_>,
+        caps: bool,
+    ) {
+        let tool = conditions.tool;
+        let layout = &partition.layout;
+        self.places.clear();
+        self.places.resize(layout.nodes(), NONE);
+        // They tell of places of the nodes before, of which there may have been more.
+        self.starts.clear();
+        self.forces.clear();
+        let pressed = self.near.drain(..).filter(|point| point.force != [0.0; 3]);
+        self.forces.extend(pressed.map(|point| (point.id, point.force)));
+        self.forces.sort_unstable_by_key(|entry| entry.0);
+        self.near.reserve(256);
+        let (low, high) = tool.bounds();
+        let side = |axis: usize, x: f64| (x - layout.origin[axis]) / layout.cell;
+        // A point stands within half a cell of its node and is at most a cell wide.
+        let margin = REACH + 1.0;
+        let low: [i32; 2] = std::array::from_fn(|axis| (side(axis, low[axis]) - margin).floor() as i32);
+        let high: [i32; 2] = std::array::from_fn(|axis| (side(axis, high[axis]) + margin).ceil() as i32);
+        for (chunk_number, chunk) in partition.chunks.iter().enumerate() {
+            for (number, block) in chunk.blocks.iter().enumerate() {
+                let is_beside = (0..2).any(|axis| {
+                    let (first, last) = block.node[axis]
+                        .iter()
+                        .fold((i32::MAX, i32::MIN), |(first, last), &node| (first.min(node), last.max(node)));
+                    last < low[axis] || first > high[axis]
                 });
-                stencil.push((place, weight));
-            });
-            touches.push(Touch {
-                normal: [closest.normal[0], closest.normal[1], 0.0],
-                impulse: [0.0; 3],
-                stencil,
-                rake_coordinate: if closest.face == Face::Rake { closest.along } else { 0.0 },
-            });
-        }
-    }
-    touches
-}
-
-/// A node's velocity at the end of the substep without contact.
-fn assemble<R: Real, D: Dimension, S: PointState<R>>(
-    partition: &Partition<R, D, S>,
-    conditions: &Conditions<'_>,
-    index: usize,
-    at: [i32; 3],
-) -> Node {
-    let (mut mass, mut momentum, mut force) = (0.0, [0.0; 3], [0.0; 3]);
-    for run in &partition.incoming {
-        if !(run.first..run.first + run.count::<D>()).contains(&index) {
-            continue;
-        }
-        let local = index - run.first;
-        mass += run.mass[local].to_f64();
-        let records = &run.records[local * D::QUADS..(local + 1) * D::QUADS];
-        for axis in 0..D::AXES {
-            momentum[axis] += records[0].0[axis].to_f64();
-            force[axis] +=
-                if D::QUADS == 1 { records[0].0[2 + axis].to_f64() } else { records[1].0[axis].to_f64() };
-        }
-    }
-    let mut node = Node { index, velocity: [0.0; 3], change: [0.0; 3], inverse_mass: [0.0; 3] };
-    if mass <= conditions.lightest {
-        return node;
-    }
-    let layout = &partition.layout;
-    let [time, dt] = conditions.time;
-    let position = std::array::from_fn(|axis| layout.origin[axis] + layout.cell * f64::from(at[axis]));
-    let body = conditions.body_force.map_or([0.0; 3], |force| force.acceleration(position, time));
-    for axis in 0..D::AXES {
-        let is_fixed = partition.fixed.iter().any(|fixed| {
-            fixed.axes[axis] && (0..D::AXES).all(|k| fixed.low[k] <= at[k] && at[k] <= fixed.high[k])
-        });
-        if !is_fixed {
-            node.velocity[axis] = (momentum[axis] + dt * force[axis]) / mass + dt * body[axis];
-            node.inverse_mass[axis] = 1.0 / mass;
-        }
-    }
-    node
-}
-
-/// Calls `visit` with index in the layout, indices along the axes, and weight of every node that a point touches; weights
-/// are carried on by `shift` (cells) along x and y.
-fn for_each_weight<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>>(
-    block: &Block<R, D, S>,
-    lane: usize,
-    shift: [f64; 2],
-    layout: &Layout,
-    shape: &F,
-    mut visit: impl FnMut(usize, [i32; 3], f64),
-) {
-    let offsets: [R; 3] =
-        std::array::from_fn(|axis| if axis < D::AXES { block.offset[axis][lane] } else { R::ZERO });
-    let weights = dispatch(InstructionSet::Portable, PointWeights { offsets, shape });
-    let node = D::vector(|axis| block.node[axis][lane]);
-    for pencil in 0..D::PENCILS {
-        let first = first_node::<D>(layout, 0, &node, pencil);
-        for k in 0..3 {
-            let place = if D::AXES == 2 { [pencil, k, 1] } else { [pencil / 3, pencil % 3, k] };
-            let along = |axis: usize| weights[0][axis][place[axis]].to_f64();
-            let product =
-                |except: usize| (0..D::AXES).filter(|&axis| axis != except).map(along).product::<f64>();
-            let mut weight = product(D::AXES);
-            let mut at = [0; 3];
-            for axis in 0..D::AXES {
-                at[axis] = node[axis] + place[axis] as i32 - 1;
-                if axis < 2 {
-                    weight += shift[axis] * weights[1][axis][place[axis]].to_f64() * product(axis);
+                if is_beside {
+                    continue;
+                }
+                for lane in (0..BLOCK).filter(|&lane| block.is_point(lane)) {
+                    let distance = closest(layout, tool, block, lane).distance;
+                    if distance > half_width::<R, D, S>(block, lane, conditions.depth) + REACH * layout.cell {
+                        continue;
+                    }
+                    let id = block.id[lane];
+                    let force = self.forces.binary_search_by_key(&id, |entry| entry.0);
+                    let force = force.map_or([0.0; 3], |place| self.forces[place].1);
+                    let (chunk, block) = (chunk_number as u32, number as u32);
+                    self.near.push(NearPoint { chunk, block, lane: lane as u32, id, force });
                 }
             }
-            if weight != 0.0 {
-                visit(first + k, at, weight);
+        }
+        self.is_stale = false;
+        self.moved = 0.0;
+        // Enough for all to touch, so that substeps between lists ask for no memory.
+        let room = self.near.len().max(256);
+        let stencil = 3 * D::PENCILS;
+        self.touches.reserve(room);
+        self.reached.reserve(stencil * room);
+        self.own_weights.reserve(stencil * room);
+        self.forces.reserve(room);
+        if caps {
+            self.sticking.reserve(room);
+        }
+        self.nodes.reserve(stencil * room);
+        self.starts.reserve(stencil * room);
+        self.heat.reserve(stencil * room);
+        self.touched.nodes.reserve(stencil * room);
+        self.touched.friction_heat.reserve(stencil * room);
+    }
+
+    /// The touching points, with the nodes they reach as the last substep's forces leave them.
+    fn find<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>>(
+        &mut self,
+        partition: &Partition<R, D, S>,
+        shape: &F,
+        conditions: &Conditions<'_>,
+        strength: Option<&Strength<'_, S>>,
+    ) {
+        let Touching { near, places, nodes, starts, touches, reached, own_weights, sticking, .. } = self;
+        for start in starts.drain(..) {
+            places[start.index] = NONE;
+        }
+        nodes.clear();
+        touches.clear();
+        reached.clear();
+        own_weights.clear();
+        sticking.clear();
+        let layout = &partition.layout;
+        let dt = conditions.time[1];
+        for (number, point) in near.iter_mut().enumerate() {
+            let block = &partition.chunks[point.chunk as usize].blocks[point.block as usize];
+            let lane = point.lane as usize;
+            let closest = closest(layout, conditions.tool, block, lane);
+            if closest.distance > half_width::<R, D, S>(block, lane, conditions.depth) {
+                point.force = [0.0; 3];
+                continue;
             }
+            let shift = closest.normal.map(|n| -closest.distance * n / layout.cell);
+            let first = reached.len();
+            for_each_weight::<R, D, F, S>(block, lane, shift, layout, shape, |index, axes, weight, own| {
+                let place = &mut places[index];
+                if *place == NONE {
+                    *place = nodes.len() as u32;
+                    let (node, start) = assemble::<R, D, S>(partition, conditions, index, axes);
+                    nodes.push(node);
+                    starts.push(start);
+                }
+                if starts[*place as usize].is_there {
+                    reached.push(Reached { place: *place, weight });
+                    if conditions.wants_heat {
+                        own_weights.push(own);
+                    }
+                }
+            });
+            // Nodes without mass cannot carry a share.
+            let carried = reached[first..].iter().map(|reached| reached.weight).sum::<f64>();
+            // Velocity per impulse; along a fixed axis the point cannot be moved as much as elsewhere.
+            let mut compliance = [0.0_f64; 3];
+            for Reached { place, weight } in &mut reached[first..] {
+                *weight /= carried;
+                for axis in 0..D::AXES {
+                    compliance[axis] += *weight * *weight * nodes[*place as usize].inverse_mass[axis];
+                }
+            }
+            let compliance = compliance.into_iter().fold(0.0, f64::max);
+            let mut touch = Touch {
+                near: number as u32,
+                first: first as u32,
+                end: reached.len() as u32,
+                normal: [closest.normal[0], closest.normal[1], 0.0],
+                impulse: [0.0; 3],
+                leaving: RETURN * (-closest.distance).max(0.0) / dt,
+                compliance,
+                inertia: if compliance > 0.0 { 1.0 / compliance } else { 0.0 },
+                rake_coordinate: if closest.face == Face::Rake { closest.along } else { 0.0 },
+                friction: conditions.tool.friction,
+            };
+            if let Some(strength) = strength {
+                let width = 2.0 * half_width::<R, D, S>(block, lane, conditions.depth);
+                let place = from_tool(layout, conditions.tool, block, lane);
+                let across = if D::AXES == 3 { layout.cell * block.grid_position(lane)[2] } else { 0.0 };
+                sticking.push(Layer {
+                    along: conditions.tool.shape.along_outline(place, &closest),
+                    strip: (across / width).floor() as i64,
+                    width,
+                    depth: if D::AXES == 3 { width } else { conditions.depth },
+                    strength: strength(&block.state, lane),
+                });
+            }
+            let start = warm_start(point.force, touch.normal, conditions.tool.friction, dt);
+            touch.push::<D>(start, reached, nodes);
+            touches.push(touch);
         }
     }
-}
 
-/// Weights and slopes of one point by axis and node of the stencil.
-struct PointWeights<'a, R, F> {
-    offsets: [R; 3],
-    shape: &'a F,
-}
-
-impl<R: Real, F: ShapeFunction<R>> Kernel<R> for PointWeights<'_, R, F> {
-    type Output = [[[R; 3]; 3]; 2];
-
-    #[inline(always)]
-    fn run<S: Simd<Scalar = R>>(self) -> Self::Output {
-        let stencils = self.offsets.map(|offset| self.shape.stencil(S::Lanes::splat(offset)));
-        [
-            stencils.map(|stencil| stencil.weights.map(|weight| weight.max_lane())),
-            stencils.map(|stencil| stencil.slopes.map(|slope| slope.max_lane())),
-        ]
+    /// Sweeps over the touching points until their velocities settle; `capped` is the cell length (m) where strength caps
+    /// friction.
+    fn sweep_points<D: Dimension>(&mut self, conditions: &Conditions<'_>, capped: Option<f64>) {
+        let tool = conditions.tool;
+        let tool_velocity = [tool.velocity[0], tool.velocity[1], 0.0];
+        let Touching { nodes, touches, reached, sticking, .. } = self;
+        self.sweeps = if let Some(cell) = capped {
+            sticking.measure(cell);
+            let cap = |touches: &mut [Touch]| {
+                sticking.cap(touches, tool.friction, cell, conditions.time[1]);
+            };
+            sweep::<D>(touches, reached, nodes, tool_velocity, cap)
+        } else {
+            sweep::<D>(touches, reached, nodes, tool_velocity, |_| ())
+        };
     }
+
+    /// What the impulses found amount to.
+    fn sum_up<D: Dimension>(&mut self, conditions: &Conditions<'_>) {
+        let Touching { near, nodes, starts, touches, reached, own_weights, heat: heated, touched, .. } = self;
+        heated.clear();
+        if conditions.wants_heat {
+            heated.resize(nodes.len(), 0.0);
+        }
+        let tool = conditions.tool;
+        let tool_velocity = [tool.velocity[0], tool.velocity[1], 0.0];
+        let sums = &mut touched.sums;
+        for touch in touches.iter() {
+            near[touch.near as usize].force = touch.impulse.map(|j| j / conditions.time[1]);
+            if touch.impulse == [0.0; 3] {
+                continue;
+            }
+            let new = touch.velocity::<D>(reached, |place| nodes[place].velocity);
+            let old = touch.velocity::<D>(reached, |place| starts[place].old);
+            let dot = |a: [f64; 3], b: [f64; 3]| (0..D::AXES).map(|axis| a[axis] * b[axis]).sum::<f64>();
+            let relative: [f64; 3] = std::array::from_fn(|axis| new[axis] - tool_velocity[axis]);
+            let change: [f64; 3] = std::array::from_fn(|axis| new[axis] - old[axis]);
+            let push = dot(touch.impulse, touch.normal);
+            let drag: [f64; 3] = std::array::from_fn(|axis| touch.impulse[axis] - push * touch.normal[axis]);
+            let work = dot(touch.impulse, relative);
+            let heat = (-dot(drag, relative)).max(0.0);
+            sums.tool_work += dot(touch.impulse, tool_velocity);
+            sums.friction_work += heat;
+            // Complementary to friction, so that the work of all contact impulses is counted.
+            sums.approach_work += work + heat;
+            sums.contact_loss += 0.5 * push * dot(change, touch.normal);
+            if touch.friction > 0.0 && dot(drag, drag) < SLIDING * (touch.friction * push).powi(2) {
+                // It sticks.
+                sums.contact_loss += 0.5 * dot(drag, change);
+            }
+            sums.tool_impulse[0] += touch.impulse[0];
+            sums.tool_impulse[1] += touch.impulse[1];
+            sums.touches = true;
+            sums.contact_reach = sums.contact_reach.max(touch.rake_coordinate);
+            if conditions.wants_heat && heat > 0.0 {
+                // The point's own weights are never negative and add up to one.
+                for k in touch.first as usize..touch.end as usize {
+                    heated[reached[k].place as usize] += own_weights[k] * heat;
+                }
+            }
+        }
+        touched.nodes.extend(starts.iter().zip(nodes.iter()).map(|(start, node)| {
+            (start.index, std::array::from_fn(|axis| node.velocity[axis] - start.free[axis]))
+        }));
+        touched.nodes.sort_unstable_by_key(|change| change.0);
+        let by_node = starts.iter().zip(heated.iter()).filter(|(_, heat)| **heat > 0.0);
+        touched.friction_heat.extend(by_node.map(|(start, &heat)| (start.index, heat)));
+        touched.friction_heat.sort_unstable_by_key(|entry| entry.0);
+    }
+}
+
+/// Half the width of a point (m), whose volume in the plane goes `depth` (m) deep.
+#[inline(always)]
+fn half_width<R: Real, D: Dimension, S: PointState<R>>(
+    block: &Block<R, D, S>,
+    lane: usize,
+    depth: f64,
+) -> f64 {
+    let volume = block.volume[lane].to_f64();
+    0.5 * if D::AXES == 2 { (volume / depth).sqrt() } else { volume.cbrt() }
 }

@@ -15,7 +15,7 @@ use crate::fields::PointFields;
 /// What every file begins with, by which the program knows its own files.
 pub const MARK: &str = "written by swarf";
 
-/// Writes the points as vertices with velocity, stress, plastic_strain, temperature, jacobian and id.
+/// Writes the points as vertices with velocity, stress, plastic_strain, temperature, jacobian, mass and id.
 ///
 /// * `fields`: SI units; stress in VTK's order of a symmetric tensor (xx, yy, zz, xy, yz, xz)
 /// * `parameters`: names and values in use
@@ -42,6 +42,7 @@ pub fn write_points(path: &Path, fields: &PointFields, parameters: &[(String, St
         arrays.floats("plastic_strain", 1, &fields.plastic_strain),
         arrays.floats("temperature", 1, &fields.temperature),
         arrays.floats("jacobian", 1, &fields.jacobian),
+        arrays.floats("mass", 1, &fields.mass),
         arrays.raw("UInt32", "id", 1, fields.id.iter().flat_map(|id| id.to_le_bytes())),
     ]
     .concat();
@@ -98,7 +99,8 @@ pub fn read_points(points: &Path, outline: Option<&Path>) -> Result<PointFields,
         plastic_strain: plain("plastic_strain")?,
         temperature: plain("temperature")?,
         jacobian: plain("jacobian")?,
-        tool_outline: Vec::new(),
+        mass: plain("mass")?,
+        ..PointFields::default()
     };
     if let Some(path) = outline {
         fields.tool_outline =
@@ -217,8 +219,24 @@ impl Appended {
         let mut file = format!("{head}<AppendedData encoding=\"raw\">\n_").into_bytes();
         file.extend_from_slice(&self.data);
         file.extend_from_slice(b"\n</AppendedData>\n</VTKFile>\n");
-        fs::write(path, file).map_err(|e| refused(path, &e.to_string()))
+        replace(path, &file)
     }
+}
+
+/// Ending of a file that is being written.
+pub const PART: &str = ".part";
+
+/// Writes a file beside its place and moves it there, so that a reader finds the old or the new one, never half: not even
+/// when the program is killed meanwhile, which leaves a file that ends in `.part`.
+///
+/// # Errors
+/// `Error::File` when it cannot be written.
+pub fn replace(path: &Path, content: &[u8]) -> Result<(), Error> {
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(PART);
+    fs::write(&beside, content)
+        .and_then(|()| fs::rename(&beside, path))
+        .map_err(|e| refused(path, &e.to_string()))
 }
 
 /// A file of this program, read back.
@@ -294,6 +312,8 @@ mod tests {
             temperature: (0..count).map(|i| 300.0 + value(i, 0)).collect(),
             jacobian: (0..count).map(|i| 1.0 - value(i, 0) / 256.0).collect(),
             tool_outline: vec![[0.0, 0.5], [1.0, 0.5], [1.0, 2.0]],
+            mass: vec![2.0_f64.powi(-30); count],
+            ..PointFields::default()
         }
     }
 

@@ -24,6 +24,7 @@ use crate::dimension::Dimension;
 use crate::grid::{FixedNodes, Layout};
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block, PointState};
+use crate::scene::Scene;
 use crate::simd::Real;
 use serde::{Deserialize, Serialize};
 
@@ -31,6 +32,23 @@ use serde::{Deserialize, Serialize};
 const BESIDE: f64 = 1.0 / 3.0;
 /// Smallest reach along any direction (cells): shallow cuts need room for the tool's edge and the shear zone.
 const SMALLEST: f64 = 24.0;
+
+/// Area (m2) that substeps integrate after the tool has cut a way `travel` (m) at `feed` (m): the window where it lies
+/// on the workpiece, and the chip; without a window the whole workpiece.
+pub fn integrated_area(scene: &Scene, feed: f64, travel: f64) -> f64 {
+    let (length, height) = (scene.workpiece.length, scene.workpiece.height);
+    if scene.numerics.active_window == 0.0 {
+        return length * height;
+    }
+    let cell = scene.numerics.point_spacing * f64::from(scene.numerics.points_per_cell_edge);
+    let reach = |feeds: f64| (feeds * feed).max(SMALLEST * cell);
+    let (beside, ahead) = (reach(scene.numerics.active_window * BESIDE), reach(scene.numerics.active_window));
+    let cut = (travel - scene.tool.initial_gap).clamp(0.0, length);
+    let below = beside.min(height - feed);
+    let in_front = ahead.min(length - cut) * (feed + below);
+    let behind = beside.min(cut) * below;
+    in_front + behind + feed * cut
+}
 
 /// How large the window is and what it moves over.
 #[derive(Clone, Debug)]

@@ -2,9 +2,9 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use swarf::composition;
 use swarf::scene::Scene;
 use swarf::simulation::Drive;
+use swarf::{checks, composition};
 
 struct Counting;
 
@@ -47,7 +47,7 @@ fn count(warm_up: usize, substeps: usize, parallel: bool) -> Calls {
     let mut scene = Scene::default();
     scene.workpiece.length = 5e-3;
     scene.numerics.point_spacing = 2e-5;
-    let scene = composition::check(&scene).expect("a good scene");
+    let scene = checks::check(&scene).expect("a good scene");
     let mut solver = composition::build(&scene).expect("a good scene");
     let drive = Drive { velocity: [-200.0, 0.0], friction: 0.2 };
     let mut calls = Calls::default();

@@ -46,7 +46,7 @@ fn control_is_consistent<D: Dimension>() {
 
     let anew = SteelBlock::new(
         block.partition.clone(),
-        (block.shape, block.model, block.contact),
+        (block.shape, block.model),
         block.tool.clone(),
         block.options.clone(),
     );

@@ -3,38 +3,23 @@
 //! Most cuts run at spacing 2e-5 (7,500 points), in seconds; where that is too coarse for the bounds (the
 //! effect of friction and feed on the force, 1.29 and 1.53 there) three run at the 30,000 points of the reference.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::sync::{Mutex, OnceLock};
 use swarf::fields::{Outputs, PointFields};
-use swarf::scene::{Inputs, Scene, Speed};
-use swarf::session::{Advance, Session};
+use swarf::profiles::lowest_point;
+use swarf::scene::{Scene, Speed};
+use swarf::segmentation::{Bands, StartLattice, bands, fibre};
+use swarf::session::Session;
 
-/// Speed of the tool (m/s) and communication step (s): 0.05 mm of travel.
-const SPEED: f64 = 50.0;
-const STEP: f64 = 1e-6;
-const NO_SLOPE: Inputs = Inputs { tool_velocity: 0.0, feed: 0.0, friction: 0.0 };
-
-/// The reference cut at another spacing (m).
-fn scene(spacing: f64, friction: f64, rake_degrees: f64, feed: f64) -> Scene {
-    let mut scene = Scene::default();
-    scene.numerics.point_spacing = spacing;
-    scene.numerics.threads = 1;
-    scene.inputs = Inputs { tool_velocity: SPEED, feed, friction };
-    scene.tool.rake_angle = rake_degrees.to_radians();
-    scene
-}
-
-fn advance(session: &mut Session, time: f64) {
-    let advance = session.advance_to(time, &mut |_| true).expect("a stable run");
-    assert_eq!(advance, Advance::Reached);
-}
+mod cut;
+use cut::{SPEED, STEP, advance, scene};
 
 /// Forces of a finished cut (N per mm of width), means over 1.0 to 1.6 mm of travel.
 #[derive(Clone, Copy, Debug)]
 struct Forces {
     cutting: f64,
     thrust: f64,
-    /// Contrast of the chip's shear bands (-), see `band_contrast`.
+    /// Contrast of the chip's shear bands (-).
     bands: f64,
     /// Mean plastic strain of the chip (-) and its mean rise of temperature (K) at the end.
     strain: f64,
@@ -50,17 +35,20 @@ fn cut(scene: &Scene) -> Forces {
         scene.tool.rake_angle.to_degrees(),
         1e3 * scene.inputs.feed
     );
+    let is_exact = scene.numerics.speed == Speed::Exact;
+    let mut pulled = scene.clone();
+    swarf::levels::pull(&mut pulled);
+    let ahead = pulled.numerics.active_window * scene.inputs.feed;
+    let is_long = ahead >= scene.workpiece.length;
     let mut session = Session::new(scene, 0.0).expect("a good scene");
-    let start = session.point_fields();
-    let count = start.id.len();
+    let count = session.point_fields().id.len();
     let (mut impulse, mut worst_balance, mut worst_pressure, mut smallest) =
         ([0.0; 2], 0.0_f64, 0.0_f64, 1.0_f64);
     let mut outside = 0;
     for k in 1..=32 {
         advance(&mut session, f64::from(k) * STEP);
         let o = session.outputs();
-        let is_exact = scene.numerics.speed == Speed::Exact;
-        check_outputs(o, count, is_exact, k, &name);
+        check_outputs(o, count, (is_long, is_exact), k, &name);
         worst_balance = worst_balance.max(o.balance_error.abs());
         smallest = smallest.min(o.min_jacobian);
         let (far, pressure) = check_points(&session, k, &name);
@@ -86,7 +74,8 @@ fn cut(scene: &Scene) -> Forces {
     );
     assert_eq!(o.chip_state, 3, "{name}: the tool is not cutting");
     let end = session.point_fields();
-    let bands = band_contrast(scene, &start, &end);
+    let found = shear_bands(scene, &end);
+    let bands = found.contrast;
     let is_chip = |strain: f64, y: f64| strain > 0.05 && y > o.tool_position_y;
     let chip: Vec<f64> = (end.plastic_strain.iter().zip(&end.position))
         .filter_map(|(&strain, position)| is_chip(strain, position[1]).then_some(strain))
@@ -94,44 +83,35 @@ fn cut(scene: &Scene) -> Forces {
     let strain = chip.iter().sum::<f64>() / chip.len() as f64;
     let rise = o.chip_temperature - scene.workpiece.initial_temperature;
     println!("{name}: mean strain of the chip {strain:.4}, rise of temperature {rise:.1} K");
-    println!("{name}: contrast of the shear bands {bands:.3}");
+    println!("{name}: {found:?}");
     Forces { cutting, thrust, bands, strain, rise }
 }
 
-/// Contrast of the chip's shear bands: rms of the plastic strain along a fibre of the chip, less its moving mean over
-/// 0.24 mm, over its mean (-).
-///
-/// The fibre stood 0.10 to 0.14 mm above the cutting plane and 0.3 to 1.25 mm from the right side before the cut.
-fn band_contrast(scene: &Scene, start: &PointFields, end: &PointFields) -> f64 {
-    let spacing = scene.numerics.point_spacing;
-    let plane = scene.workpiece.height - scene.inputs.feed;
-    let mut bins: BTreeMap<i64, (f64, f64)> = BTreeMap::new();
-    for (position, strain) in start.position.iter().zip(&end.plastic_strain) {
-        let (along, above) = (scene.workpiece.length - position[0], position[1] - plane);
-        if (1.0e-4..1.4e-4).contains(&above) && (3e-4..12.5e-4).contains(&along) {
-            let bin = bins.entry((along / spacing) as i64).or_default();
-            *bin = (bin.0 + strain, bin.1 + 1.0);
-        }
-    }
-    let strain: Vec<f64> = bins.values().map(|(sum, count)| sum / count).collect();
-    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
-    let window = 2 * (1.2e-4 / spacing) as usize + 1;
-    let squares: Vec<f64> =
-        strain.windows(window).map(|part| (part[window / 2] - mean(part)).powi(2)).collect();
-    mean(&squares).sqrt() / mean(&strain)
+/// The chip's shear bands at the end of a cut.
+fn shear_bands(scene: &Scene, end: &PointFields) -> Bands {
+    let workpiece = &scene.workpiece;
+    let size = [workpiece.length, workpiece.height, workpiece.width];
+    let lattice = StartLattice::new(size, scene.numerics.point_spacing, 2);
+    let [edge, plane] = lowest_point(&end.tool_outline).expect("a tool");
+    let strain = fibre(end, &lattice, plane, scene.inputs.feed, edge);
+    bands(&strain, lattice.step[0], scene.inputs.feed)
 }
 
 /// What holds at every communication point, by the acceptance.
-fn check_outputs(o: &Outputs, count: usize, is_exact: bool, k: i32, name: &str) {
+fn check_outputs(o: &Outputs, count: usize, (is_long, is_exact): (bool, bool), k: i32, name: &str) {
     assert!(
         o.balance_error.abs() < 0.01,
         "{name}, {k} µs: {} of the tool's work is unaccounted for",
         o.balance_error
     );
     assert!(o.min_jacobian > 0.3, "{name}, {k} µs: a volume ratio of {}", o.min_jacobian);
-    // A level's window leaves points at rest.
+    // A window that is shorter than the workpiece leaves points at rest from the start, a longer one behind the tool.
     let active = o.active_points as usize;
-    let all_there = if is_exact { active == count } else { active < count };
+    let all_there = match (is_exact, is_long) {
+        (true, _) => active == count,
+        (false, true) => active <= count,
+        (false, false) => active < count,
+    };
     assert!(all_there && o.retired_points == 0, "{name}, {k} µs: {active} of {count} points move");
     // Forces, chip and energies are numbers and have the sign they must have.
     for (what, value) in [
@@ -296,150 +276,69 @@ fn the_reference_chip_has_shear_bands() {
     assert!(bands > 0.06, "contrast of the shear bands {bands}");
 }
 
-/// The bounds of the levels are the issue's: 0.5 % of the force, 3 % of the thrust or 1 % of the force, 1 % of mean strain and
-/// temperature for `balanced`; 2 % and 6 % for `fast`, here with 2 % for the means.
-#[test]
-fn levels_keep_what_they_promise() {
-    let exact = forces(REFERENCE, 0.2, 0.0, 3e-4);
-    for (speed, [force, thrust, mean]) in
-        [(Speed::Balanced, [0.005, 0.03, 0.01]), (Speed::Fast, [0.02, 0.06, 0.02])]
-    {
-        let mut scene = scene(REFERENCE, 0.2, 0.0, 3e-4);
-        scene.numerics.speed = speed;
-        let level = cut(&scene);
-        println!("{speed:?}: {level:?}, exact {exact:?}");
-        let change = |a: f64, b: f64| (b - a).abs() / a.abs();
-        assert!(change(exact.cutting, level.cutting) <= force, "{speed:?}: {level:?}, exact {exact:?}");
-        let allowed = (thrust * exact.thrust.abs()).max(0.01 * exact.cutting);
-        assert!((level.thrust - exact.thrust).abs() <= allowed, "{speed:?}: {level:?}, exact {exact:?}");
-        assert!(change(exact.strain, level.strain) <= mean, "{speed:?}: {level:?}, exact {exact:?}");
-        assert!(change(exact.rise, level.rise) <= mean, "{speed:?}: {level:?}, exact {exact:?}");
+/// What a level may change, over the exact run's: cutting force, thrust, mean strain and rise of temperature of the chip; of
+/// the thrust 1 % of the cutting force is always allowed. The bounds: 0.5 % of the force, 3 % of the thrust and 1 % of
+/// strain and temperature for `balanced`; 2 % and 6 % for `fast`, here with 2 % for the means.
+const BOUNDS: [(Speed, [f64; 3]); 2] =
+    [(Speed::Balanced, [0.005, 0.03, 0.01]), (Speed::Fast, [0.02, 0.06, 0.02])];
+
+/// Excess of a level's figures over the bounds, by figure.
+fn excess(exact: [f64; 4], level: [f64; 4], [force, thrust, mean]: [f64; 3]) -> [f64; 4] {
+    let allowed =
+        [force * exact[0], (thrust * exact[1].abs()).max(0.01 * exact[0]), mean * exact[2], mean * exact[3]];
+    std::array::from_fn(|k| (level[k] - exact[k]).abs() - allowed[k])
+}
+
+impl Forces {
+    /// What levels are judged by.
+    fn judged(self) -> [f64; 4] {
+        [self.cutting, self.thrust, self.strain, self.rise]
     }
 }
 
-/// A session in the middle of a cut, at 10 µs.
-fn cutting(scene: &Scene) -> Session {
-    let mut session = Session::new(scene, 0.0).expect("a good scene");
-    advance(&mut session, 10e-6);
-    session
-}
-
-/// A jump of the feed moves the tool at `tool.feed_rate_limit`, over as many communication steps as that takes, and
-/// stops at the new feed. Rounding of some thousand substeps, and one substep's way at the end.
+/// Without friction runs do not scatter, so each is judged by itself.
 #[test]
-fn a_jump_of_the_feed_is_limited_in_rate() {
-    let mut scene = scene(2e-5, 0.0, 0.0, 3e-4);
-    scene.tool.feed_rate_limit = 10.0;
-    let mut session = cutting(&scene);
-    let start = session.outputs().tool_position_y;
-    assert!((start - 0.7e-3).abs() < 1e-12, "the tip stands at {start} m");
-    session.set_inputs(Inputs { feed: 3.25e-4, ..scene.inputs }, NO_SLOPE);
-    for k in 1..=5 {
-        advance(&mut session, f64::from(10 + k) * STEP);
-        let o = session.outputs();
-        let way = start - o.tool_position_y;
-        let expected = (10.0 * f64::from(k) * STEP).min(2.5e-5);
-        // The tool stands where the solver's clock is: less than a substep ahead.
-        let slack = 2.0 * 10.0 * o.time_step;
-        assert!(
-            (way - expected).abs() <= slack,
-            "after {k} µs the tool moved {way} m instead of {expected} m"
-        );
-    }
-    let rest = session.outputs().tool_position_y - (1e-3 - 3.25e-4);
-    assert!(rest.abs() < 1e-12, "the tool stopped {rest} m from the new feed");
-}
-
-/// With an input derivative the tool follows the ramp exactly, however steep: at its own clock the tip is where the input
-/// is. Rounding of the sum over some hundred substeps.
-#[test]
-fn a_ramp_of_the_feed_is_followed_exactly() {
-    let scene = scene(2e-5, 0.0, 0.0, 3e-4);
-    let mut session = cutting(&scene);
-    // Steeper than the limit of 10 m/s, and of the velocity at the same time.
-    for (k, slope) in [(0, 15.0), (1, -15.0), (2, 4.0)] {
-        let feed = 1e-3 - session.outputs().tool_position_y;
-        let x = session.outputs().tool_position_x;
-        // The tool stands at the solver's clock, which runs ahead of the communication point: the input counts there.
-        let (begin, clock) = (session.time(), session.point_fields().time);
-        let feed_now = feed - slope * (clock - begin);
-        session.set_inputs(
-            Inputs { feed: feed_now, ..scene.inputs },
-            Inputs { tool_velocity: 2e6, feed: slope, friction: 0.0 },
-        );
-        advance(&mut session, f64::from(11 + k) * STEP);
-        let (o, end) = (session.outputs(), session.point_fields().time);
-        let (down, expected) = (1e-3 - o.tool_position_y - feed, slope * (end - clock));
-        assert!(
-            (down - expected).abs() < 1e-12,
-            "slope {slope} m/s: the tip went {down} m down instead of {expected} m"
-        );
-        // The speed is that at the start of each substep: half a substep's acceleration less than the integral.
-        let (a, b) = (clock - begin, end - begin);
-        let way = SPEED * (end - clock) + 1e6 * (b * b - a * a);
-        let lag = 1e6 * o.time_step * (end - clock);
-        let moved = x - o.tool_position_x;
-        assert!(
-            (moved - way + lag).abs() < 0.1 * lag,
-            "the tool went {moved} m instead of {way} m less {lag} m"
-        );
-    }
-}
-
-/// Friction may change at any communication point: the force goes over to the one with friction, and friction work starts.
-#[test]
-fn friction_can_be_switched_on_the_way() {
-    let scene = scene(2e-5, 0.0, 0.0, 3e-4);
-    let mut session = cutting(&scene);
-    let (friction, work) = (session.outputs().friction_work, session.outputs().tool_work);
-    assert!(friction.abs() < 1e-12 * work, "friction work {friction} J without friction, of {work} J");
-    let mut thrust = [0.0; 2];
-    for (phase, friction) in [0.0, 0.2].into_iter().enumerate() {
-        session.set_inputs(Inputs { friction, ..scene.inputs }, NO_SLOPE);
-        for _ in 0..10 {
-            let next = session.time() + STEP;
-            advance(&mut session, next);
-            thrust[phase] += session.outputs().thrust_force / session.outputs().cutting_force / 10.0;
-            let error = session.outputs().balance_error;
-            assert!(error.abs() < 0.01, "{} s: ledger {error}", session.time());
+fn levels_keep_what_they_promise_without_friction() {
+    for (rake, feed) in [(0.0, 3e-4), (10.0, 3e-4), (0.0, 5e-4)] {
+        let exact = forces(COARSE, 0.0, rake, feed).judged();
+        for (speed, bounds) in BOUNDS {
+            let mut scene = scene(COARSE, 0.0, rake, feed);
+            scene.numerics.speed = speed;
+            let level = cut(&scene).judged();
+            println!("{speed:?}, rake {rake}, feed {feed} m: {level:.4?}, exact {exact:.4?}");
+            let excess = excess(exact, level, bounds);
+            assert!(excess.iter().all(|&over| over <= 0.0), "{speed:?}: {level:?}, exact {exact:?}");
         }
     }
-    println!("thrust over cutting {:.3} before and {:.3} after friction 0.2", thrust[0], thrust[1]);
-    assert!(session.outputs().friction_work > 0.0, "no friction work");
-    // 0 and 0.2, each within the 0.04 and a little for the transition.
-    assert!(thrust[0].abs() < 0.04 && (thrust[1] - 0.2).abs() < 0.06, "thrust over cutting: {thrust:?}");
 }
 
-/// A tool that goes back loses the chip at once; its flank rubs over the surface, which has sprung back above its tip, until
-/// it has left where it came in. Every force on the way is against the motion.
+/// With friction a point or two stick to the tool next to its edge, and which ones hangs on rounding (docs/contact.md): the
+/// chip's mean strain scatters by half a percent. So means over runs with slightly smaller time steps are compared.
 #[test]
-fn a_reversed_tool_leaves_the_workpiece() {
-    let scene = scene(2e-5, 0.2, 0.0, 3e-4);
-    let mut session = cutting(&scene);
-    let mut work = session.outputs().tool_work;
-    session.set_inputs(Inputs { tool_velocity: -SPEED, ..scene.inputs }, NO_SLOPE);
-    for k in 11..=24 {
-        advance(&mut session, f64::from(k) * STEP);
-        let o = session.outputs();
-        println!(
-            "{k} µs: force {:.1}, thrust {:.1} N, state {}",
-            o.cutting_force, o.thrust_force, o.chip_state
-        );
-        // In the first step the workpiece springs back with the tool and may return elastic energy.
-        assert!(k == 11 || o.tool_work >= work, "{k} µs: tool work fell from {work} to {} J", o.tool_work);
-        assert!(k < 13 || o.contact_length == 0.0, "{k} µs: {} m of rake face in contact", o.contact_length);
-        assert!(o.balance_error.abs() < 0.01, "{k} µs: ledger {}", o.balance_error);
-        work = o.tool_work;
+fn levels_keep_what_they_promise_with_friction() {
+    let [exact, levels @ ..] = std::thread::scope(|scope| {
+        let runs = [Speed::Exact, Speed::Balanced, Speed::Fast].map(|speed| {
+            scope.spawn(move || {
+                [0.94, 0.97, 1.0].map(|factor| {
+                    let mut scene = scene(REFERENCE, 0.2, 0.0, 3e-4);
+                    scene.numerics.speed = speed;
+                    swarf::levels::pull(&mut scene);
+                    scene.numerics.courant *= factor;
+                    scene.numerics.threads = 1;
+                    cut(&scene).judged()
+                })
+            })
+        });
+        runs.map(|run| run.join().expect("a run that ended"))
+    });
+    let mean = |runs: &[[f64; 4]]| -> [f64; 4] {
+        std::array::from_fn(|k| runs.iter().map(|run| run[k]).sum::<f64>() / runs.len() as f64)
+    };
+    println!("exact: {exact:.4?}");
+    for ((speed, bounds), runs) in BOUNDS.into_iter().zip(levels) {
+        let (exact, level) = (mean(&exact), mean(&runs));
+        println!("{speed:?}: {runs:.4?}\n means {level:.4?}, exact {exact:.4?}");
+        let excess = excess(exact, level, bounds);
+        assert!(excess.iter().all(|&over| over <= 0.0), "{speed:?}: {level:?}, exact {exact:?}");
     }
-    // Retraced after 20 µs; what has been pushed out at the right side takes a little longer.
-    let free = session.outputs().clone();
-    assert_eq!(free.chip_state, 4, "chip.state of a tool that has left");
-    advance(&mut session, 25e-6);
-    let o = session.outputs();
-    assert_eq!(
-        (o.cutting_force, o.thrust_force, o.contact_length),
-        (0.0, 0.0, 0.0),
-        "force on a tool in air"
-    );
-    assert_eq!((o.cut_length, o.tool_work), (free.cut_length, free.tool_work), "a tool in air cuts");
 }

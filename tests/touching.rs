@@ -1,21 +1,31 @@
-//! Contact of the tool with the points themselves (`touching`): what it must conserve, and that threads do not change it.
+//! The contact laws of scenes (`touching`, `nodal_contact`): what they must conserve, and that threads do not change them.
 
 mod common;
 
 use common::{Lattice, SteelBlock, SteelState, elastic, kinetic, points, total};
-use swarf::contact::RigidTool;
+use swarf::contact::{Contact, RigidTool};
 use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
+use swarf::scene::Scene;
+use swarf::session::Session;
 use swarf::shape::Gimp;
 use swarf::simulation::{Drive, Solver};
 use swarf::tool_shape::ToolShape;
 
+/// The laws of `numerics.contact`.
+const LAWS: [Contact; 3] = [Contact::Surface, Contact::Distance, Contact::Velocity];
+
 /// A block thrown obliquely at a leaning rake face with friction.
-fn thrown<D: Dimension>() -> SteelBlock<D, Gimp<f64>> {
+fn thrown<D: Dimension>(law: Contact) -> SteelBlock<D, Gimp<f64>> {
+    thrown_of(law, [8, 10, 4])
+}
+
+/// The same with another size (cells).
+fn thrown_of<D: Dimension>(law: Contact, cells: [i32; 3]) -> SteelBlock<D, Gimp<f64>> {
     let deep = D::AXES == 3;
     let lattice = Lattice {
         domain: [50, 50, if deep { 30 } else { 1 }],
         corner: [12, 14, if deep { 12 } else { 0 }],
-        cells: [8, 10, 4],
+        cells,
         per_edge: 2,
         cell: 2e-5,
         fixed: vec![],
@@ -26,7 +36,7 @@ fn thrown<D: Dimension>() -> SteelBlock<D, Gimp<f64>> {
     let constants = common::never_yielding(common::steel_4340());
     let mut block =
         lattice.build(&constants, Gimp::new(2), tool, |_, _: &mut SteelState<D>, _| [25.0, 10.0, 0.0]);
-    block.points_touch = true;
+    block.options.contact = law;
     block
 }
 
@@ -35,8 +45,9 @@ const DRIVE: Drive = Drive { velocity: [-15.0, 0.0], friction: 0.3 };
 
 /// Contact is an exchange: what the block's momentum changes by is the tool's impulse (rounding of a thousand substeps), and
 /// the ledger stays closed, with 0.5 % for what a block that bounces off fixed nodes leaves open too.
-fn check<D: Dimension>(name: &str) {
-    let mut block = thrown::<D>();
+fn check<D: Dimension>(space: &str, law: Contact) {
+    let name = format!("{space}, {law:?}");
+    let mut block = thrown::<D>(law);
     let momentum = |solver: &dyn Solver, axis: usize| total(&points(solver), |p| p.mass * p.velocity[axis]);
     let before = [momentum(&block, 0), momentum(&block, 1)];
     let energy = block.progress().ledger.initial_energy;
@@ -69,19 +80,108 @@ fn check<D: Dimension>(name: &str) {
 /// See `check`.
 #[test]
 fn momentum_and_energy_are_accounted_for() {
-    check::<PlaneStrain>("plane strain");
-    check::<ThreeDimensional>("three dimensions");
+    for law in LAWS {
+        check::<PlaneStrain>("plane strain", law);
+        check::<ThreeDimensional>("three dimensions", law);
+    }
 }
 
 /// Contact is solved on one thread in the order of memory, so spreading the rest over threads changes no bit.
 #[test]
 fn threads_change_nothing() {
-    let (mut one, mut two) = (thrown::<PlaneStrain>(), thrown::<PlaneStrain>());
-    for _ in 0..300 {
-        one.step(&DRIVE, false).expect("a stable step");
-        two.step(&DRIVE, true).expect("a stable step");
+    for law in LAWS {
+        let (mut one, mut two) = (thrown::<PlaneStrain>(law), thrown::<PlaneStrain>(law));
+        for _ in 0..300 {
+            one.step(&DRIVE, false).expect("a stable step");
+            two.step(&DRIVE, true).expect("a stable step");
+        }
+        assert!(one.progress().touches[1], "{law:?}: the tool was never touched");
+        assert_eq!(one.progress(), two.progress(), "{law:?}");
+        assert!(one.bulk() == two.bulk(), "{law:?}: the states differ");
     }
-    assert!(one.progress().touches[1], "the tool was never touched");
-    assert_eq!(one.progress(), two.progress());
-    assert!(one.bulk() == two.bulk(), "the states differ");
+}
+
+/// Friction heat by node is what the friction work of the substep is made of: never negative, and the same sum but for the
+/// rounding of some hundred terms. Asking for it changes nothing else, and without asking there is none.
+#[test]
+fn friction_heat_adds_up_to_friction_work() {
+    for law in LAWS {
+        let (mut asked, mut silent) = (thrown::<PlaneStrain>(law), thrown::<PlaneStrain>(law));
+        asked.wants_friction_heat = true;
+        let mut before = 0.0;
+        for _ in 0..300 {
+            asked.step(&DRIVE, false).expect("a stable step");
+            silent.step(&DRIVE, false).expect("a stable step");
+            let heat = &asked.touched().friction_heat;
+            assert!(heat.iter().all(|entry| entry.1 >= 0.0), "{law:?}: negative heat: {heat:?}");
+            assert!(heat.is_sorted_by_key(|entry| entry.0), "{law:?}: nodes out of order");
+            let sum: f64 = heat.iter().map(|entry| entry.1).sum();
+            let work = asked.progress().ledger.friction_work - before;
+            before = asked.progress().ledger.friction_work;
+            assert!((sum - work).abs() <= 1e-12 * before, "{law:?}: heat {sum} J of {work} J friction work");
+            assert!(silent.touched().friction_heat.is_empty(), "{law:?}: heat that nobody asked for");
+        }
+        assert!(before > 0.0, "{law:?}: no friction at all");
+        assert_eq!(asked.progress(), silent.progress(), "{law:?}");
+    }
+}
+
+/// Sweeps start from the last substep's forces, so these are part of a saved state; laws on nodes keep nothing. A run that
+/// goes on from a state is the same to the bit, also through sorts.
+#[test]
+fn a_restored_run_is_the_same_to_the_bit() {
+    for law in LAWS {
+        let mut first = thrown::<PlaneStrain>(law);
+        // In the middle of contact, which comes and goes as the block vibrates.
+        let mut touching = 0;
+        while touching < 20 {
+            first.step(&DRIVE, false).expect("a stable step");
+            touching += usize::from(first.progress().touches[0]);
+            assert!(first.progress().substeps < 300, "{law:?}: the tool is hardly touched");
+        }
+        let mut second = thrown::<PlaneStrain>(law);
+        second.restore(&first.bulk(), first.progress()).expect("a good state");
+        assert!(first.bulk() == second.bulk(), "{law:?}: the state itself differs");
+        for _ in 0..300 {
+            first.step(&DRIVE, false).expect("a stable step");
+            second.step(&DRIVE, false).expect("a stable step");
+        }
+        assert_eq!(first.progress(), second.progress(), "{law:?}");
+        assert!(first.bulk() == second.bulk(), "{law:?}: the states differ");
+    }
+}
+
+/// In plane strain the width only scales: a point is as wide in the plane, and touches as early, whatever the depth that its
+/// volume is for. A power of two scales every number without rounding.
+#[test]
+fn twice_the_width_is_twice_the_force() {
+    let run = |width: f64| {
+        let mut scene = Scene::default();
+        scene.workpiece.length = 1e-3;
+        scene.workpiece.height = 8e-4;
+        scene.workpiece.width = width;
+        scene.numerics.point_spacing = 4e-5;
+        let mut session = Session::new(&scene, 0.0).expect("a good scene");
+        session.advance_to(2e-6, &mut |_| true).expect("a stable run");
+        session.outputs().clone()
+    };
+    let (narrow, wide) = (run(1.0), run(0.25));
+    assert!(narrow.cutting_force > 0.0, "the tool was never touched");
+    assert_eq!(narrow.cutting_force, 4.0 * wide.cutting_force);
+    assert_eq!(narrow.peak_strain, wide.peak_strain);
+}
+
+/// Where points have left the grid has fewer nodes after a sort; what contact noted of nodes that are gone is forgotten with
+/// them.
+#[test]
+fn a_grid_that_shrinks_while_the_tool_touches_is_no_surprise() {
+    let mut large = thrown::<PlaneStrain>(Contact::Surface);
+    while large.touching.effort().0 == 0 {
+        large.step(&DRIVE, false).expect("a stable step");
+        assert!(large.progress().substeps < 300, "the tool is never touched");
+    }
+    let mut small = thrown_of::<PlaneStrain>(Contact::Surface, [2, 2, 4]);
+    small.touching = large.touching;
+    small.touching.note_sort();
+    small.step(&DRIVE, false).expect("a stable step");
 }

@@ -1,6 +1,6 @@
 //! Two elastic disks that collide through the grid (`study::verification::disks`).
 
-use swarf::study::verification::disks::{Settings, run};
+use swarf::study::verification::disks::{Settings, run, run_affine};
 
 /// All forces are internal, so momentum stays zero: 1e-13 of Σ m |v| is the bound. The material dissipates nothing;
 /// 1 % of energy lost is the bound, kept on this grid with four by four points per cell and a Courant number of 0.1
@@ -27,4 +27,19 @@ fn the_loss_falls_with_the_cell() {
         .map(|cells| run(Settings { per_edge: 2, cells, courant: 0.1, from: 1.0, end: 3.5 }).energy_loss);
     println!("energy lost on 20 and 40 cells per metre: {losses:.4?}");
     assert!(losses[1] > 0.0 && losses[1] < 0.65 * losses[0], "losses {losses:?}");
+}
+
+/// The affine transfer keeps momentum too, and loses more energy than FLIP, as its points take the grid's filtered velocity.
+#[test]
+fn the_affine_transfer_keeps_momentum_and_loses_more_energy() {
+    let settings = Settings { per_edge: 2, cells: 40, courant: 0.1, from: 1.35, end: 2.6 };
+    let (flip, apic) = (run(settings), run_affine(settings));
+    println!("energy lost: FLIP {:.4}, APIC {:.4}", flip.energy_loss, apic.energy_loss);
+    assert!(apic.momentum_drift < 1e-13, "momentum {:e} of Σ m |v|", apic.momentum_drift);
+    assert!(
+        apic.energy_loss > flip.energy_loss,
+        "APIC loses {}, FLIP {}",
+        apic.energy_loss,
+        flip.energy_loss
+    );
 }

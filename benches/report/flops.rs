@@ -135,6 +135,9 @@ impl Simd for Counting {
             (0..4).for_each(|p| to[4 * p + c] = column[p]);
         }
     }
+    fn apart<K: Kernel<Counted>>(part: K) -> K::Output {
+        part.run::<Self>()
+    }
 }
 
 /// Flop per point and substep, nodes included.

@@ -5,8 +5,10 @@ mod blocks;
 #[path = "../../tests/common/mod.rs"]
 mod common;
 mod counts;
+mod cuts;
+mod effects;
 mod flops;
-mod levels;
+mod named;
 mod peak;
 mod phases;
 #[path = "../../tests/common/reference_loop.rs"]
@@ -14,6 +16,7 @@ mod plain;
 mod rows;
 
 use flops::Flop;
+use named::NAMED;
 use peak::Peak;
 use phases::{Comparison, Phases};
 use rows::{Effort, Row};
@@ -46,20 +49,45 @@ fn main() -> ExitCode {
             }
         };
     }
-    let (mut extent, mut out) = (Extent::Usual, None);
+    if words == ["effects"] {
+        effects::EFFECTS.iter().for_each(|effect| println!("{}", effect.name));
+        return ExitCode::SUCCESS;
+    }
+    if let ["effect", name, rest @ ..] = &words[..] {
+        return match effect(name, rest) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(text) => {
+                eprintln!("report effect {name}: {text}");
+                ExitCode::FAILURE
+            }
+        };
+    }
+    if words == ["--rows"] {
+        NAMED.iter().for_each(|row| println!("{:<20} {}", row.name, row.about));
+        return ExitCode::SUCCESS;
+    }
+    let (mut extent, mut out, mut row) = (Extent::Usual, None, None);
     let mut words = words.into_iter();
     while let Some(word) = words.next() {
         match word {
             "--quick" => extent = Extent::Quick,
             "--full" => extent = Extent::Full,
             "--out" => out = words.next(),
+            "--row" => {
+                let name = words.next().unwrap_or("");
+                row = NAMED.iter().find(|row| row.name == name);
+                if row.is_none() {
+                    eprintln!("report: unknown row '{name}'; see --rows");
+                    return ExitCode::FAILURE;
+                }
+            }
             other => {
                 eprintln!("report: unknown argument '{other}'");
                 return ExitCode::FAILURE;
             }
         }
     }
-    let report = measure(extent);
+    let report = row.map_or_else(|| measure(extent), |row| measure_row(row, extent == Extent::Full));
     if let Some(path) = out {
         let text = format!("{report:#}\n");
         if let Err(e) = std::fs::write(path, text) {
@@ -71,14 +99,51 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-fn measure(extent: Extent) -> Value {
-    let is_quick = extent == Extent::Quick;
-    // How busy the machine is: two threads tell something on a quiet one only.
+/// One effect: `count with|without MILLIMETRES`, or `compare COARSENING`, which prints one line of JSON.
+fn effect(name: &str, words: &[&str]) -> Result<(), String> {
+    let effect = effects::find(name).ok_or("no such effect")?;
+    let number = |text: &str| text.parse::<f64>().map_err(|e| format!("'{text}': {e}"));
+    match words {
+        ["count", "with", place] => effect.count(true, number(place)?),
+        ["count", "without", place] => effect.count(false, number(place)?),
+        ["compare", coarsening] => {
+            println!("{}", effect.compare(number(coarsening)?));
+            Ok(())
+        }
+        other => Err(format!("unknown arguments '{}'", other.join(" "))),
+    }
+}
+
+/// One measurement of `named`.
+fn measure_row(row: &named::Named, is_full: bool) -> Value {
+    let load = load();
+    println!("{}: {}", row.name, row.about);
+    let coarsening = if is_full { 1.0 } else { 4.0 };
+    if !is_full {
+        println!("  points {coarsening} times as far apart: no measurement; the row's own size with --full");
+    }
+    json!({
+        "version": swarf::VERSION,
+        "load_average_before": load,
+        "row": row.name,
+        "is_full": is_full,
+        "measured": (row.run)(coarsening),
+    })
+}
+
+/// How busy the machine is (programs over the last minute): two threads tell something on a quiet one only.
+fn load() -> Option<f64> {
     let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     let load = load.split_whitespace().next().and_then(|number| number.parse::<f64>().ok());
     if let Some(load) = load {
         println!("load average over the last minute: {load:.1} programs");
     }
+    load
+}
+
+fn measure(extent: Extent) -> Value {
+    let is_quick = extent == Extent::Quick;
+    let load = load();
     let peak = Peak::measure(is_quick);
     peak.print();
 
@@ -140,18 +205,6 @@ fn measure(extent: Extent) -> Value {
         }
     }
 
-    let spacing = match extent {
-        Extent::Quick => SPACINGS[0],
-        Extent::Usual => SPACINGS[1],
-        Extent::Full => SPACINGS[2],
-    };
-    println!(
-        "\nthe paper's cut over 2 mm with points {:.0} µm apart, at each level of speed:",
-        spacing * 1e6
-    );
-    let levels = levels::run_all(spacing);
-    levels.iter().for_each(|cut| cut.print(&levels[0]));
-    let cuts: Vec<Value> = levels.iter().map(|cut| cut.to_json(&levels[0])).collect();
     json!({
         "version": swarf::VERSION,
         "load_average_before": load,
@@ -163,7 +216,6 @@ fn measure(extent: Extent) -> Value {
         "comparison_with_plain_loop": comparison.to_json(),
         "phases": phases.to_json(),
         "rows": lines,
-        "paper_cut": {"point_spacing_m": spacing, "levels": cuts},
     })
 }
 

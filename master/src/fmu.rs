@@ -21,7 +21,8 @@ pub struct Fmu {
 pub struct Instance<'a> {
     /// The `fmi` crate's own handle, for calls this wrapper has no name for.
     pub raw: InstanceCS,
-    description: &'a Description,
+    /// What modelDescription.xml says.
+    pub description: &'a Description,
 }
 
 /// How a step ended.

@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-const USAGE: &str =
-    "swarf-master FMU [--paper | --quick] [--set NAME=VALUE]... [--stop S] [--step S] [--out DIR]";
+const USAGE: &str = "swarf-master FMU [--paper | --quick] [--set NAME=VALUE]... [--stop S] [--step S] [--out DIR] [--estimate]";
 
 /// One run.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +17,8 @@ pub struct Options {
     pub stop: Option<f64>,
     /// Communication step (s).
     pub step: Option<f64>,
+    /// Only tell what the run would cost.
+    pub estimate: bool,
 }
 
 impl Options {
@@ -33,6 +34,7 @@ impl Options {
             set: Vec::new(),
             stop: None,
             step: None,
+            estimate: false,
         };
         let mut spacing = None;
         while let Some(word) = words.next() {
@@ -49,6 +51,7 @@ impl Options {
                         pair.split_once('=').ok_or_else(|| format!("--set {pair}: NAME=VALUE is needed"))?;
                     options.set.push((parts.0.trim().into(), parts.1.trim().into()));
                 }
+                "--estimate" => options.estimate = true,
                 "--out" => options.out = value()?.into(),
                 "--stop" => options.stop = Some(seconds(word, value()?)?),
                 "--step" => options.step = Some(seconds(word, value()?)?),

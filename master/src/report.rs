@@ -29,8 +29,8 @@ pub fn write(options: &Options, cut: &Cut) -> Result<(), String> {
     let table = summary(cut);
     print!("{table}");
     let path = out.join("summary.txt");
-    std::fs::write(&path, format!("{}{table}", history_head(&cut.parameters)))
-        .map_err(|e| format!("cannot write '{}': {e}", path.display()))?;
+    let text = format!("{}{table}", history_head(&cut.parameters));
+    swarf::vtk::replace(&path, text.as_bytes()).map_err(|e| e.to_string())?;
     let provenance = Provenance { footer: footer(cut), parameters: cut.parameters.clone() };
     plots(out, cut, &provenance).map_err(|e| e.to_string())?;
     let pictures = pictures(cut, out, &provenance).map_err(|e| e.to_string())?;

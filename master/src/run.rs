@@ -44,6 +44,37 @@ pub enum Ending {
     Failed(String),
 }
 
+/// Tells what the run would cost, without making it or writing a file.
+///
+/// # Errors
+/// What the FMU refuses.
+pub fn estimate(options: &Options) -> Result<(), String> {
+    let fmu = Fmu::load(&options.fmu)?;
+    let mut instance = fmu.instantiate(messages::INSTANCE)?;
+    for (name, value) in &options.set {
+        instance.set_text(name, value)?;
+    }
+    let stop = stop_time(options, &fmu)?;
+    let begin = Instant::now();
+    instance.initialize(0.0, stop)?;
+    let took = begin.elapsed().as_secs_f64();
+    let cpu_seconds = instance.get("numerics.estimated_cpu_time")?;
+    let band = 100.0 * instance.get("numerics.force_error_band")?;
+    println!(
+        "to {stop:.3e} s: about {cpu_seconds:.1} s of CPU time; cutting force within ±{band:.1} % by the price list"
+    );
+    println!("({} points; built and estimated in {took:.2} s)", instance.get("numerics.active_points")?);
+    instance_terminate(&mut instance);
+    Ok(())
+}
+
+/// End of the run (s): as asked for, or after the paper's travel.
+fn stop_time(options: &Options, fmu: &Fmu) -> Result<f64, String> {
+    let velocity = start_velocity(options, fmu)?;
+    let travel_time = if velocity > 0.0 { TRAVEL / velocity } else { fmu.description.stop_time };
+    Ok(options.stop.unwrap_or(travel_time))
+}
+
 /// Runs the cut.
 ///
 /// # Errors
@@ -65,8 +96,7 @@ pub fn run(options: &Options) -> Result<Cut, String> {
             instance.set_text("results.interval", &format!("{:e}", FRAME_TRAVEL / velocity))?;
         }
     }
-    let travel_time = if velocity > 0.0 { TRAVEL / velocity } else { fmu.description.stop_time };
-    let stop = options.stop.unwrap_or(travel_time);
+    let stop = stop_time(options, &fmu)?;
     // Four steps a cell resolve the force; the solver's own clock does not care.
     let step = options.step.unwrap_or(fmu.description.step_size.min(stop / 400.0));
     instance.initialize(0.0, stop)?;

@@ -10,7 +10,8 @@ use super::progress::{Progress, advance_and_tell, summary};
 use super::refusal::Refusal;
 use super::saved::{Header, Model, NO_SLOPES};
 use super::states::Saved;
-use crate::composition;
+use crate::checks;
+use crate::estimate::Estimate;
 use crate::scene::{Inputs, Scene};
 use crate::session::{Advance, Session};
 use crate::variables;
@@ -25,6 +26,9 @@ pub type Reply = Result<Status, Refusal>;
 
 /// Steps and stop times may differ from the instance's own clock by this share, as masters add up rounded steps (-).
 const TIME_TOLERANCE: f64 = 1e-9;
+
+/// Duration of the default experiment (s), for which the cost is estimated when the importer fixes no end.
+const USUAL_DURATION: f64 = 4e-5;
 
 /// One instance.
 pub struct Instance {
@@ -201,12 +205,21 @@ impl Instance {
     pub fn exit_initialization_mode(&mut self) -> Reply {
         self.require(&calls::EXIT_INITIALIZATION_MODE)?;
         let header = &mut self.model.header;
-        let in_use = in_use(&composition::check(&header.scene)?);
-        let session = Session::with_parameters(&header.scene, header.start, &in_use)?;
+        let in_use = in_use(&checks::check(&header.scene)?);
+        let mut session = Session::with_parameters(&header.scene, header.start, &in_use)?;
+        // A scene that cannot even begin says so in its first step, where an importer expects it.
+        let estimate = session.estimate(header.stop.unwrap_or(header.start + USUAL_DURATION));
         header.time = header.start;
         header.state = State::StepComplete;
         self.message(Status::Ok, Category::Events, &values_text(&in_use));
         self.message(Status::Ok, Category::Solver, &session.effects_summary());
+        if let Ok(Estimate { substeps, cpu_seconds }) = estimate {
+            let band = 100.0 * session.outputs().force_error_band;
+            let text = format!(
+                "estimate: {substeps:.0} substeps, {cpu_seconds:.2} s of CPU time; error band of the cutting force ±{band:.1} %"
+            );
+            self.message(Status::Ok, Category::Solver, &text);
+        }
         if let Some(notice) = session.results_notice() {
             self.message(Status::Ok, Category::Events, notice);
         }
@@ -261,7 +274,7 @@ impl Instance {
         }
         let tell = |text: String| log.log(Status::Ok, Category::Solver, &text);
         let (is_told, begun) = (categories.is_on(Category::Solver), Instant::now());
-        let retired_before = session.outputs().retired_points;
+        let before = session.outputs().clone();
         let advance = if is_told {
             advance_and_tell(session, Progress { from, target, begun, told }, tell)
         } else {
@@ -276,7 +289,7 @@ impl Instance {
             }
         };
         if is_told {
-            tell(summary(reached, begun.elapsed().as_secs_f64(), retired_before, session.outputs()));
+            tell(summary(reached, begun.elapsed().as_secs_f64(), &before, session.outputs()));
         }
         let inputs = &mut header.scene.inputs;
         inputs.tool_velocity = end(inputs.tool_velocity, slopes.tool_velocity, reached);

@@ -83,17 +83,24 @@ impl Progress<'_> {
 ///
 /// * `reached`: where it ended (s)
 /// * `wall`: wall time it took (s)
-/// * `retired_before`: retired points when it began
-pub(super) fn summary(reached: f64, wall: f64, retired_before: i32, outputs: &Outputs) -> String {
+/// * `before`: outputs when it began
+pub(super) fn summary(reached: f64, wall: f64, before: &Outputs, outputs: &Outputs) -> String {
     let Outputs { substeps, time_step, active_points, min_jacobian, balance_error, .. } = outputs;
-    format!(
+    let text = format!(
         "at {} s after {wall:.3} s of wall time: {substeps} substeps, the last of {} s; {active_points} points, {} \
          retired in this step; smallest volume ratio {min_jacobian:.3}; energy unaccounted for {:.3} %",
         short(reached),
         short(*time_step),
-        outputs.retired_points - retired_before,
+        outputs.retired_points - before.retired_points,
         100.0 * balance_error
-    )
+    );
+    match outputs.retries - before.retries {
+        0 => text,
+        retries => format!(
+            "{text}; {retries} times a substep was solved again at half its length, because a point would have moved too \
+             far or changed its volume too much"
+        ),
+    }
 }
 
 /// A time with six digits, for reading.
@@ -118,20 +125,25 @@ mod tests {
     /// What a user looks for after a step that took long or went wrong.
     #[test]
     fn the_summary_names_substeps_and_guards() {
-        let outputs = Outputs {
+        let before = Outputs { retired_points: 1, retries: 5, ..Outputs::default() };
+        let mut outputs = Outputs {
             substeps: 412,
             time_step: 2.4e-9,
             active_points: 29_997,
             retired_points: 3,
             min_jacobian: 0.931,
             balance_error: -4e-4,
+            retries: 5,
             ..Outputs::default()
         };
         assert_eq!(
-            summary(1e-6, 0.5, 1, &outputs),
+            summary(1e-6, 0.5, &before, &outputs),
             "at 1e-6 s after 0.500 s of wall time: 412 substeps, the last of 2.4e-9 s; 29997 points, 2 retired in this \
              step; smallest volume ratio 0.931; energy unaccounted for -0.040 %"
         );
+        outputs.retries = 7;
+        let text = summary(1e-6, 0.5, &before, &outputs);
+        assert!(text.contains("; 2 times a substep was solved again at half its length"), "{text}");
     }
 
     /// The first message waits for the period, and so does the next.

@@ -54,17 +54,41 @@ pub trait ThermalEffect<R: Real>: Clone + Send + Sync + 'static {
     /// Sets a point's temperature (K).
     fn place(&self, state: &mut Self::State, lane: usize, temperature: f64);
 
+    /// Temperature (K) of a point.
+    fn temperature(&self, state: &Self::State, lane: usize) -> f64 {
+        self.report(state, lane).0
+    }
+
     /// Temperature (K) of a point, and heat stored since the start per volume at the start (J/m3).
     fn report(&self, state: &Self::State, lane: usize) -> (f64, f64);
 
     /// Rise of temperature (K) by plastic work per volume at the start (J/m3).
     fn rise<V: Vector<Scalar = R>>(&self, work: V) -> V;
 
+    /// Temperature (K) of points `lane..` after a rise of `rise` (K).
+    fn temperature_after<V: Vector<Scalar = R>>(&self, state: &Self::State, lane: usize, rise: V) -> V;
+
     /// Factor on the flow stress (-) when the temperature rises by `rise` (K), and its derivative (1/K).
     fn factor<V: Vector<Scalar = R>>(&self, state: &Self::State, lane: usize, rise: V) -> (V, V);
 
     /// Factor on the flow stress at the start temperature of a point (-).
     fn static_factor(&self, temperature: f64) -> f64;
+
+    /// Whether heat makes the material expand.
+    fn expands(&self) -> bool {
+        false
+    }
+
+    /// Factor on the elastic volume ratio (-) when the temperature of points `lane..` rises by `rise` (K): what heat
+    /// stretches is taken off the elastic part.
+    fn contraction<V: Vector<Scalar = R>>(&self, _state: &Self::State, _lane: usize, _rise: V) -> V {
+        V::constant(1.0)
+    }
+
+    /// Volume ratio (-) that heat alone would give a point of a temperature (K).
+    fn thermal_volume_ratio(&self, _temperature: f64) -> f64 {
+        1.0
+    }
 
     /// Adds `rise` (K) to the points' temperature.
     fn heat<V: Vector<Scalar = R>>(&self, state: &mut Self::State, lane: usize, rise: V);
@@ -127,6 +151,11 @@ impl<R: Real> ThermalEffect<R> for Isothermal {
     }
 
     #[inline(always)]
+    fn temperature_after<V: Vector<Scalar = R>>(&self, _state: &(), _lane: usize, _rise: V) -> V {
+        V::constant(self.temperature)
+    }
+
+    #[inline(always)]
     fn factor<V: Vector<Scalar = R>>(&self, _state: &(), _lane: usize, _rise: V) -> (V, V) {
         (V::constant(ThermalEffect::<R>::static_factor(self, self.temperature)), V::constant(0.0))
     }
@@ -170,6 +199,9 @@ pub struct Adiabatic<R, const SOFTENS: bool> {
     reference: R,
     inverse_range: R,
     softening: Softening,
+    /// α (1/K), 0 for no expansion, and the start temperature it counts from (K).
+    expansion: R,
+    unstretched: R,
 }
 
 impl<R: Real, const SOFTENS: bool> Adiabatic<R, SOFTENS> {
@@ -185,7 +217,16 @@ impl<R: Real, const SOFTENS: bool> Adiabatic<R, SOFTENS> {
             reference: R::from_f64(softening.reference),
             inverse_range: R::from_f64(1.0 / (softening.melting - softening.reference)),
             softening,
+            expansion: R::ZERO,
+            unstretched: R::from_f64(initial),
         }
+    }
+
+    /// The same with linear thermal expansion: every length grows by 1 + α (T − T₀) from the temperature at the start.
+    ///
+    /// * `expansion`: α (1/K)
+    pub fn with_expansion(self, expansion: f64) -> Self {
+        Adiabatic { expansion: R::from_f64(expansion), ..self }
     }
 }
 
@@ -207,6 +248,11 @@ impl<R: Real, const SOFTENS: bool> ThermalEffect<R> for Adiabatic<R, SOFTENS> {
     }
 
     #[inline(always)]
+    fn temperature_after<V: Vector<Scalar = R>>(&self, state: &Temperature<R>, lane: usize, rise: V) -> V {
+        V::load(&state.0[lane..]) + rise
+    }
+
+    #[inline(always)]
     fn factor<V: Vector<Scalar = R>>(&self, state: &Temperature<R>, lane: usize, rise: V) -> (V, V) {
         let one = V::constant(1.0);
         if !SOFTENS {
@@ -224,6 +270,25 @@ impl<R: Real, const SOFTENS: bool> ThermalEffect<R> for Adiabatic<R, SOFTENS> {
 
     fn static_factor(&self, temperature: f64) -> f64 {
         if SOFTENS { self.softening.factor(temperature) } else { 1.0 }
+    }
+
+    #[inline(always)]
+    fn expands(&self) -> bool {
+        self.expansion != R::ZERO
+    }
+
+    #[inline(always)]
+    fn contraction<V: Vector<Scalar = R>>(&self, state: &Temperature<R>, lane: usize, rise: V) -> V {
+        let alpha = V::splat(self.expansion);
+        let before = V::load(&state.0[lane..]) - V::splat(self.unstretched);
+        let stretch = alpha.mul_add(before + rise, V::constant(1.0));
+        // The ratio of the stretches, written so that small rises keep their digits.
+        let ratio = V::constant(1.0) - alpha * rise / stretch;
+        ratio * ratio * ratio
+    }
+
+    fn thermal_volume_ratio(&self, temperature: f64) -> f64 {
+        (1.0 + self.expansion.to_f64() * (temperature - self.initial)).powi(3)
     }
 
     #[inline(always)]

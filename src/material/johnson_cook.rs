@@ -1,64 +1,67 @@
 //! Finite-deformation J2 plasticity with the Johnson–Cook flow stress.
 //!
-//! Elasticity: Kirchhoff stress τ = s + κ/2 (J² − 1) I. The pressure follows from the volume ratio J, so it neither
-//! drifts nor needs a logarithm, and has the energy κ/2 ((J² − 1)/2 − ln J) (Simo and Hughes 1998, eq. 9.2.7). The
-//! deviator s turns with the material and grows by 2μ dev Δε (`Dimension::increment`).
+//! Elasticity: `elasticity`. With thermal expansion its J is the elastic part, det F over the (1 + α (T − T₀))³ that heat
+//! alone would give; it shrinks whenever the temperature rises, so that points whose temperature stays take no notice.
 //!
 //! Plasticity: the equivalent stress q = √(3/2 s:s) stays below the flow stress (eq. 24 of Ambati et al. 2011)
 //!
 //! σ_y = (A + B ε̄ⁿ) R(ε̄̇) S(T),
 //!
-//! with R = 1 or S = 1 where the scene names no such effect. Radial return: find the increment x of ε̄ with
-//!
-//! f(x) = q_trial − 3μ x − σ_y(ε̄ + x, x/Δt, T(x)) = 0.
-//!
-//! f falls from f(0) > 0 to f(q_trial/3μ) ≤ 0, so a bracket holds the root from first yield on, where the slopes of
-//! ε̄ⁿ and of ln ε̄̇ are without bound and plain Newton steps can miss it.
+//! with R = 1 or S = 1 where the scene names no such effect (`effects`), or that of another law of hardening
+//! (`hardening`). Radial return: `return_map`. Damage, where the scene names it, takes its share of what the undamaged
+//! material would carry (`damage`): the state below is that of the undamaged material.
 //!
 //! A point keeps the flow stress at rest, (A + B ε̄ⁿ) S(T), so that elastic points only compare with it. Yield and
 //! plastic work are those of the Kirchhoff stress; J differs from one by the elastic change of volume alone.
 
+use super::damage::{DamageEffect, Undamaged};
 use super::effects::{RateEffect, ThermalEffect};
+use super::elasticity::Elasticity;
+use super::hardening::{Hardening, PowerLaw};
 use super::{ConstitutiveModel, PointReport, Totals};
 use crate::dimension::Dimension;
 use crate::points::{BLOCK, Column, PointState};
-use crate::simd::math::pow;
-use crate::simd::{Mask, Real, Vector};
+use crate::scene::Constants;
+use crate::simd::{Mask, Real, Vector, inlined};
 
-/// Elastic constants and hardening, as the kernel takes them.
+/// Elastic constants, hardening and effects, as the kernel takes them.
 #[derive(Clone, Copy, Debug)]
-pub struct JohnsonCook<R, Q, T> {
+pub struct JohnsonCook<R, Q, T, H = PowerLaw<R>, G = Undamaged> {
     density: f64,
-    bulk_modulus: R,
-    shear_modulus: R,
-    yield_stress: R,
-    hardening_modulus: R,
-    hardening_exponent: R,
-    rate: Q,
-    thermal: T,
+    pub(super) elasticity: Elasticity<R>,
+    pub(super) hardening: H,
+    pub(super) rate: Q,
+    pub(super) thermal: T,
+    pub(super) damage: G,
 }
 
 impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>> JohnsonCook<R, Q, T> {
+    /// The undamaged model of Johnson and Cook's law with the effects a scene names.
+    pub fn new(constants: &Constants, rate: Q, thermal: T) -> Self {
+        Self::with(constants, rate, thermal, Undamaged)
+    }
+}
+
+impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageEffect<R>>
+    JohnsonCook<R, Q, T, H, G>
+{
     /// The model of a material's constants with the effects a scene names.
-    pub fn new(constants: &crate::scene::Constants, rate: Q, thermal: T) -> Self {
-        let (e, nu) = (constants.youngs_modulus, constants.poissons_ratio);
+    pub fn with(constants: &Constants, rate: Q, thermal: T, damage: G) -> Self {
         JohnsonCook {
             density: constants.density,
-            bulk_modulus: R::from_f64(e / (3.0 * (1.0 - 2.0 * nu))),
-            shear_modulus: R::from_f64(e / (2.0 * (1.0 + nu))),
-            yield_stress: R::from_f64(constants.yield_stress),
-            hardening_modulus: R::from_f64(constants.hardening_modulus),
-            hardening_exponent: R::from_f64(constants.hardening_exponent),
+            elasticity: Elasticity::new(constants),
+            hardening: H::new(constants),
             rate,
             thermal,
+            damage,
         }
     }
 }
 
 /// State of a block of points.
 #[derive(Clone, Debug)]
-pub struct State<R: Real, D: Dimension, T> {
-    /// Volume ratio det F (-).
+pub struct State<R: Real, D: Dimension, T, G = ()> {
+    /// Elastic volume ratio J_e (-): det F over what heat alone would give.
     pub jacobian: Column<R>,
     /// Deviator of the Kirchhoff stress (Pa).
     pub deviator: D::Deviator<Column<R>>,
@@ -68,10 +71,12 @@ pub struct State<R: Real, D: Dimension, T> {
     pub yield_stress: Column<R>,
     /// What the thermal effect keeps.
     pub thermal: T,
+    /// What the damage keeps.
+    pub damage: G,
 }
 
-impl<R: Real, D: Dimension, T: PointState<R>> PointState<R> for State<R, D, T> {
-    const COLUMNS: usize = 3 + D::DEVIATOR + T::COLUMNS;
+impl<R: Real, D: Dimension, T: PointState<R>, G: PointState<R>> PointState<R> for State<R, D, T, G> {
+    const COLUMNS: usize = 3 + D::DEVIATOR + T::COLUMNS + G::COLUMNS;
 
     fn zeroed() -> Self {
         State {
@@ -80,6 +85,7 @@ impl<R: Real, D: Dimension, T: PointState<R>> PointState<R> for State<R, D, T> {
             plastic_strain: [R::ZERO; BLOCK],
             yield_stress: [R::ONE; BLOCK],
             thermal: T::zeroed(),
+            damage: G::zeroed(),
         }
     }
 
@@ -89,7 +95,8 @@ impl<R: Real, D: Dimension, T: PointState<R>> PointState<R> for State<R, D, T> {
             1 => &self.plastic_strain,
             2 => &self.yield_stress,
             k if k < 3 + D::DEVIATOR => &self.deviator[k - 3],
-            k => self.thermal.column(k - 3 - D::DEVIATOR),
+            k if k < 3 + D::DEVIATOR + T::COLUMNS => self.thermal.column(k - 3 - D::DEVIATOR),
+            k => self.damage.column(k - 3 - D::DEVIATOR - T::COLUMNS),
         }
     }
 
@@ -99,35 +106,40 @@ impl<R: Real, D: Dimension, T: PointState<R>> PointState<R> for State<R, D, T> {
             1 => &mut self.plastic_strain,
             2 => &mut self.yield_stress,
             k if k < 3 + D::DEVIATOR => &mut self.deviator[k - 3],
-            k => self.thermal.column_mut(k - 3 - D::DEVIATOR),
+            k if k < 3 + D::DEVIATOR + T::COLUMNS => self.thermal.column_mut(k - 3 - D::DEVIATOR),
+            k => self.damage.column_mut(k - 3 - D::DEVIATOR - T::COLUMNS),
         }
     }
 }
 
-/// Most evaluations of one return; Newton takes three to five, bisection alone would take 40.
-const MAX_EVALUATIONS: usize = 60;
-
-impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>> ConstitutiveModel<R, D>
-    for JohnsonCook<R, Q, T>
+impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageEffect<R>>
+    ConstitutiveModel<R, D> for JohnsonCook<R, Q, T, H, G>
 {
-    type State = State<R, D, T::State>;
+    type State = State<R, D, T::State, G::State>;
 
     fn density(&self) -> f64 {
         self.density
     }
 
-    /// c² = (κ/2 (J² + 1) + 4/3 μ)/ρ₀: spatial stiffness over spatial density of the law above.
     fn set_density(&mut self, density: f64) {
         self.density = density;
     }
 
     fn sound_speed(&self, volume_ratio: f64) -> f64 {
-        let bulk = 0.5 * self.bulk_modulus.to_f64() * (volume_ratio * volume_ratio + 1.0);
-        ((bulk + 4.0 / 3.0 * self.shear_modulus.to_f64()) / self.density).sqrt()
+        self.elasticity.sound_speed(volume_ratio, self.density)
     }
 
     fn yield_volume_strain(&self) -> f64 {
-        (self.yield_stress / self.bulk_modulus).to_f64()
+        (self.hardening.yield_stress() / self.elasticity.bulk_modulus).to_f64()
+    }
+
+    /// At rest, or the equivalent stress where that is higher: a point that yields stands at its flow stress, rate included.
+    fn flow_stress(&self, state: &Self::State, lane: usize) -> f64 {
+        let s = D::deviator(|component| state.deviator[component][lane].to_f64());
+        let q = (1.5 * contraction::<D>(&s)).sqrt();
+        let left = 1.0 - self.damage.report(&state.damage, lane);
+        left * q.max(state.yield_stress[lane].to_f64())
+            / ConstitutiveModel::<R, D>::present_volume_ratio(self, state, lane)
     }
 
     fn place(&self, state: &mut Self::State, lane: usize, temperature: f64) {
@@ -136,17 +148,15 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>> ConstitutiveM
         for component in 0..D::DEVIATOR {
             state.deviator[component][lane] = R::ZERO;
         }
-        // 0ⁿ is 1 for n = 0 and 0 for n > 0.
-        let hardening = if self.hardening_exponent > R::ZERO { R::ZERO } else { self.hardening_modulus };
-        state.yield_stress[lane] =
-            (self.yield_stress + hardening) * R::from_f64(self.thermal.static_factor(temperature));
+        state.yield_stress[lane] = self.flow_stress_at_rest(R::ZERO, temperature);
+        self.damage.place(&mut state.damage, lane);
         self.thermal.place(&mut state.thermal, lane, temperature);
     }
 
     #[inline(always)]
     fn stress<V: Vector<Scalar = R>>(&self, state: &Self::State, lane: usize) -> D::Symmetric<V> {
-        let s = D::deviator(|component| V::load(&state.deviator[component][lane..]));
-        D::with_mean(&s, self.mean_stress(V::load(&state.jacobian[lane..])))
+        let s = inlined!(D::deviator, |component| V::load(&state.deviator[component][lane..]));
+        self.carried::<D, V>(state, lane, &s, V::load(&state.jacobian[lane..]))
     }
 
     #[inline(always)]
@@ -161,13 +171,14 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>> ConstitutiveM
     ) -> D::Symmetric<V> {
         let increment = D::increment(h);
         let jacobian = V::load(&state.jacobian[lane..]) * increment.volume_ratio;
+        let (mut jacobian, stiff) = self.damage.opened(&state.damage, lane, jacobian);
         jacobian.store(&mut state.jacobian[lane..]);
-        totals.volume_ratio = totals.volume_ratio.max(jacobian);
+        totals.volume_ratio = totals.volume_ratio.max(stiff);
 
-        let two_mu = V::splat(self.shear_modulus + self.shear_modulus);
-        let old = D::deviator(|component| V::load(&state.deviator[component][lane..]));
+        let two_mu = V::splat(self.elasticity.shear_modulus + self.elasticity.shear_modulus);
+        let old = inlined!(D::deviator, |component| V::load(&state.deviator[component][lane..]));
         let turned = D::rotate(&increment.rotation, old);
-        let mut s = D::deviator(|k| two_mu.mul_add(increment.deviatoric_strain[k], turned[k]));
+        let mut s = inlined!(D::deviator, |k| two_mu.mul_add(increment.deviatoric_strain[k], turned[k]));
 
         let square = V::constant(1.5) * D::double_contraction(&s);
         let strength = V::load(&state.yield_stress[lane..]);
@@ -177,148 +188,129 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>> ConstitutiveM
             let start = V::constant(1.5) * D::double_contraction(&turned);
             let factor =
                 self.return_to_yield(state, lane, yields, [start, square], strain, dt, volume, totals);
-            s = D::deviator(|component| s[component] * factor);
+            s = inlined!(D::deviator, |component| s[component] * factor);
+            if self.thermal.expands() {
+                jacobian = V::load(&state.jacobian[lane..]);
+            }
         }
         for component in 0..D::DEVIATOR {
+            s[component] = self.damage.unless_failed(&state.damage, lane, s[component]);
             s[component].store(&mut state.deviator[component][lane..]);
         }
-        D::with_mean(&s, self.mean_stress(jacobian))
+        self.carried::<D, V>(state, lane, &s, jacobian)
     }
 
     fn volume_ratio(&self, state: &Self::State, lane: usize) -> f64 {
-        state.jacobian[lane].to_f64()
+        let j = state.jacobian[lane].to_f64();
+        if self.has_failed::<D>(state, lane) { j.min(1.0) } else { j }
     }
 
     fn set_volume_ratio(&self, state: &mut Self::State, lane: usize, volume_ratio: f64) -> f64 {
-        let old = self.volume_energy(state.jacobian[lane].to_f64());
+        if self.has_failed::<D>(state, lane) {
+            return 0.0;
+        }
+        let old = self.volume_energy::<D>(state, lane);
         state.jacobian[lane] = R::from_f64(volume_ratio);
-        old - self.volume_energy(state.jacobian[lane].to_f64())
+        old - self.volume_energy::<D>(state, lane)
+    }
+
+    fn temperature(&self, state: &Self::State, lane: usize) -> f64 {
+        self.thermal.temperature(&state.thermal, lane)
+    }
+
+    fn present_volume_ratio(&self, state: &Self::State, lane: usize) -> f64 {
+        let temperature = self.thermal.temperature(&state.thermal, lane);
+        state.jacobian[lane].to_f64() * self.thermal.thermal_volume_ratio(temperature)
+    }
+
+    fn expands(&self) -> bool {
+        self.thermal.expands()
+    }
+
+    fn set_temperature(&self, state: &mut Self::State, lane: usize, temperature: f64) -> f64 {
+        let ratio = |state: &Self::State| {
+            self.thermal.thermal_volume_ratio(self.thermal.temperature(&state.thermal, lane))
+        };
+        let old = ratio(state);
+        self.thermal.place(&mut state.thermal, lane, temperature);
+        state.yield_stress[lane] = self.flow_stress_at_rest(state.plastic_strain[lane], temperature);
+        if !self.thermal.expands() {
+            return 0.0;
+        }
+        let elastic = state.jacobian[lane].to_f64() * old / ratio(state);
+        ConstitutiveModel::<R, D>::set_volume_ratio(self, state, lane, elastic)
     }
 
     fn report(&self, state: &Self::State, lane: usize) -> PointReport {
         let j = state.jacobian[lane].to_f64();
+        let (temperature, heat) = self.thermal.report(&state.thermal, lane);
+        let total = j * self.thermal.thermal_volume_ratio(temperature);
         let s = D::deviator(|component| state.deviator[component][lane].to_f64());
-        let (bulk, shear) = (self.bulk_modulus.to_f64(), self.shear_modulus.to_f64());
-        let mean = 0.5 * bulk * (j * j - 1.0);
+        let (bulk, shear) = (self.elasticity.bulk_modulus.to_f64(), self.elasticity.shear_modulus.to_f64());
+        let damage = self.damage.report(&state.damage, lane);
+        let left = 1.0 - damage;
+        let mean = 0.5 * bulk * (j * j - 1.0) * if j > 1.0 { left } else { 1.0 };
         let diagonal = [s[0], s[1], -s[0] - s[1]];
         let shears: &[f64] = &s.as_ref()[2..];
-        let contraction =
-            diagonal.iter().map(|x| x * x).sum::<f64>() + 2.0 * shears.iter().map(|x| x * x).sum::<f64>();
+        let contraction = contraction::<D>(&s);
         let mut stress = [0.0; 6];
         for k in 0..3 {
-            stress[k] = (diagonal[k] + mean) / j;
+            stress[k] = (left * diagonal[k] + mean) / total;
         }
         for (component, value) in stress[6 - shears.len()..].iter_mut().zip(shears) {
-            *component = value / j;
+            *component = left * value / total;
         }
-        let (temperature, heat) = self.thermal.report(&state.thermal, lane);
         PointReport {
-            jacobian: j,
+            jacobian: total,
             stress,
             plastic_strain: state.plastic_strain[lane].to_f64(),
             temperature,
-            elastic_energy: self.volume_energy(j) + contraction / (4.0 * shear),
+            elastic_energy: self.volume_energy::<D>(state, lane) + left * contraction / (4.0 * shear),
             heat,
+            damage,
         }
     }
 }
 
-impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>> JohnsonCook<R, Q, T> {
-    /// κ/2 ((J² − 1)/2 − ln J) (J/m3).
-    fn volume_energy(&self, j: f64) -> f64 {
-        0.5 * self.bulk_modulus.to_f64() * (0.5 * (j * j - 1.0) - j.ln())
+impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageEffect<R>>
+    JohnsonCook<R, Q, T, H, G>
+{
+    /// Flow stress at rest (Pa) at a plastic strain ε̄ (-) and a temperature (K).
+    fn flow_stress_at_rest(&self, plastic_strain: R, temperature: f64) -> R {
+        let softening = R::from_f64(self.thermal.static_factor(temperature));
+        self.hardening.at_rest(plastic_strain, temperature, softening)
     }
 
-    /// κ/2 (J² − 1) (Pa).
+    /// Kirchhoff stress (Pa) that points `lane..` carry of the undamaged deviator `s` (Pa) at their volume ratio.
     #[inline(always)]
-    fn mean_stress<V: Vector<Scalar = R>>(&self, jacobian: V) -> V {
-        V::splat(self.bulk_modulus) * V::constant(0.5) * (jacobian * jacobian - V::constant(1.0))
-    }
-
-    /// Radial return of points `lane..` that yield; updates their state and returns the factor on the deviator.
-    ///
-    /// * `squares`: q² at the start and q²_trial (Pa²)
-    /// * `strain_square`: Δe : Δe of the substep (-), for the first guess of the rate
-    #[inline(always)]
-    #[allow(clippy::too_many_arguments)] // A kernel takes each array as its own argument.
-    fn return_to_yield<D: Dimension, V: Vector<Scalar = R>>(
+    fn carried<D: Dimension, V: Vector<Scalar = R>>(
         &self,
-        state: &mut State<R, D, T::State>,
+        state: &State<R, D, T::State, G::State>,
         lane: usize,
-        yields: V::Mask,
-        squares: [V; 2],
-        strain_square: V,
-        dt: R,
-        volume: V,
-        totals: &mut Totals<V>,
-    ) -> V {
-        let zero = V::constant(0.0);
-        let one = V::constant(1.0);
-        let tiny = V::constant(1e-30);
-        let three_mu = V::splat(self.shear_modulus) * V::constant(3.0);
-        let (a, b, n) = (
-            V::splat(self.yield_stress),
-            V::splat(self.hardening_modulus),
-            V::splat(self.hardening_exponent),
-        );
-        let old_strain = V::load(&state.plastic_strain[lane..]);
-        let at_rest = V::load(&state.yield_stress[lane..]);
-        // Lanes that do not yield solve a harmless problem of their own and are left out at the end.
-        let q = V::select(yields, squares[1].sqrt(), at_rest.max(one));
-        let (mut low, mut high) = (zero, q / three_mu);
-
-        // First guess: the rate of the whole strain increment; where that leaves nothing, a small part of the excess.
-        let excess = (q - at_rest) / three_mu;
-        let whole = (strain_square * V::constant(2.0 / 3.0)).sqrt().max(tiny);
-        let (rate_factor, _) = self.rate.factor(whole, dt);
-        let mut x = ((q - at_rest * rate_factor) / three_mu)
-            .max(excess * V::constant(1e-2))
-            .max(high * V::constant(1e-9));
-
-        let tolerance = V::constant(if R::IS_SINGLE { 1e-6 } else { 1e-12 }) * q;
-        let mut flow = q;
-        let mut still = one;
-        let mut last = V::constant(f64::MAX);
-        for _ in 0..MAX_EVALUATIONS {
-            let strain = old_strain + x;
-            let power = b * pow(strain, n);
-            let (rate_factor, rate_slope) = self.rate.factor(x, dt);
-            let stress = q - three_mu * x;
-            let rise = self.thermal.rise(stress * x);
-            let (softening, softening_slope) = self.thermal.factor(&state.thermal, lane, rise);
-            still = (a + power) * softening;
-            flow = still * rate_factor;
-            let residual = stress - flow;
-            let closed = residual.abs().le(tolerance) | (high - low).le(V::splat(R::EPSILON) * high);
-            if (closed | !yields).all() {
-                break;
-            }
-            let too_small = residual.gt(zero);
-            low = V::select(too_small, x, low);
-            high = V::select(too_small, high, x);
-            let slope = n * power / strain.max(tiny) * softening * rate_factor
-                + still * rate_slope
-                + (a + power) * rate_factor * softening_slope * self.thermal.rise(stress);
-            let newton = x + residual / (three_mu + slope).max(three_mu * V::constant(0.1));
-            // Outside the bracket, or where Newton steps go to and fro (across the kink at the reference rate): the
-            // geometric mean, because the root may lie many orders below the upper end.
-            let stalls = residual.abs().gt(V::constant(0.5) * last);
-            last = residual.abs();
-            let mean = (low / high).max(V::constant(1e-9)).sqrt() * high;
-            let next = V::select(newton.gt(low) & newton.lt(high) & !stalls, newton, mean);
-            x = V::select(closed, x, next);
-        }
-        // Plastic work by the trapezoidal rule. A point that was already yielding started at its own stress; one that
-        // was elastic crossed the flow stress at rest.
-        let start = squares[0].sqrt().max(at_rest);
-        let work = V::constant(0.5) * (start + flow) * x;
-        let x = V::select(yields, x, zero);
-        let work = V::select(yields, work.max(zero), zero);
-        (old_strain + x).store(&mut state.plastic_strain[lane..]);
-        V::select(yields, still, at_rest).store(&mut state.yield_stress[lane..]);
-        let rise = self.thermal.rise(work);
-        self.thermal.heat(&mut state.thermal, lane, rise);
-        totals.plastic_work = volume.mul_add(work, totals.plastic_work);
-        V::select(yields, flow / q, one)
+        s: &D::Deviator<V>,
+        jacobian: V,
+    ) -> D::Symmetric<V> {
+        let s = inlined!(D::deviator, |component| self.damage.carried(&state.damage, lane, s[component]));
+        let mean = self.elasticity.mean_stress(jacobian);
+        D::with_mean(&s, self.damage.carried_mean(&state.damage, lane, mean))
     }
+
+    /// Elastic energy (J/m3) of a point's change of volume.
+    fn volume_energy<D: Dimension>(&self, state: &State<R, D, T::State, G::State>, lane: usize) -> f64 {
+        let j = state.jacobian[lane].to_f64();
+        let left = if j > 1.0 { 1.0 - self.damage.report(&state.damage, lane) } else { 1.0 };
+        left * self.elasticity.volume_energy(j)
+    }
+
+    /// Whether a point carries nothing but pressure.
+    fn has_failed<D: Dimension>(&self, state: &State<R, D, T::State, G::State>, lane: usize) -> bool {
+        self.damage.report(&state.damage, lane) >= 1.0
+    }
+}
+
+/// s : s of a point's deviator.
+fn contraction<D: Dimension>(s: &D::Deviator<f64>) -> f64 {
+    let diagonal = [s[0], s[1], -s[0] - s[1]];
+    let shears: &[f64] = &s.as_ref()[2..];
+    diagonal.iter().map(|x| x * x).sum::<f64>() + 2.0 * shears.iter().map(|x| x * x).sum::<f64>()
 }

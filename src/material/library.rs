@@ -1,7 +1,8 @@
 //! Library of materials: constants by name, each group with its source, and the rule that joins them with a scene.
 //!
 //! The file `resources/materials.toml` is compiled in; the FMU carries the same file in its resources. A material has
-//! four groups of constants (elastic, flow, thermal, damage), each with a `source`, and no other keys.
+//! four groups of constants (elastic, flow, thermal, damage), each with a `source`, may have a fifth for the law
+//! `johnson_cook_tanh`, and no other keys.
 //!
 //! An importer may write every start value back before it initialises the FMU, so a scene that names a material of the
 //! library holds either the start values of the constants or what the user set. The rule of [`resolve`]: with a name of
@@ -13,7 +14,7 @@ use std::sync::LazyLock;
 use serde::Deserialize;
 
 use crate::error::Error;
-use crate::scene::{Constants, Material, Scene};
+use crate::scene::{Constants, Law, Material, Scene};
 
 /// Name of the material whose constants are taken from the scene.
 pub const CUSTOM: &str = "custom";
@@ -30,6 +31,8 @@ pub struct Entry {
     pub name: String,
     /// The constants, in SI units.
     pub constants: Constants,
+    /// Whether it has the constants of `johnson_cook_tanh`; A, B, n, C and m are the same for both laws.
+    pub has_tanh: bool,
     /// Where the constants come from, group by group.
     pub source: String,
 }
@@ -60,6 +63,14 @@ pub fn resolve(material: &Material) -> Result<Constants, Error> {
             allowed,
         });
     };
+    if material.law == Law::JohnsonCookTanh && !entry.has_tanh {
+        let having = entries().iter().filter(|entry| entry.has_tanh).map(|entry| entry.name.as_str());
+        return Err(Error::Inconsistent(format!(
+            "material.law = johnson_cook_tanh has no constants for material.name = {}; allowed: {}",
+            entry.name,
+            having.chain([CUSTOM]).collect::<Vec<_>>().join(", ")
+        )));
+    }
     let starts = values(&Scene::default().material.constants);
     let library = values(&entry.constants);
     for (((name, unit, asked), start), from_library) in
@@ -114,7 +125,7 @@ pub fn parse(text: &str) -> Result<Vec<Entry>, Error> {
 type Value = (&'static str, &'static str, f64);
 
 /// Every constant with the name and unit its user knows.
-fn values(constants: &Constants) -> [Value; 20] {
+fn values(constants: &Constants) -> [Value; 26] {
     // Taken apart, so that a new constant cannot be forgotten here.
     let Constants {
         density,
@@ -133,6 +144,8 @@ fn values(constants: &Constants) -> [Value; 20] {
         thermal_expansion,
         taylor_quinney,
         damage: [d1, d2, d3, d4, d5],
+        fracture_energy,
+        tanh: [tanh_a, tanh_b, tanh_c, tanh_d, tanh_s],
     } = *constants;
     [
         ("density", "kg/m3", density),
@@ -155,6 +168,12 @@ fn values(constants: &Constants) -> [Value; 20] {
         ("d3", "", d3),
         ("d4", "", d4),
         ("d5", "", d5),
+        ("fracture_energy", "J/m2", fracture_energy),
+        ("tanh_a", "", tanh_a),
+        ("tanh_b", "", tanh_b),
+        ("tanh_c", "", tanh_c),
+        ("tanh_d", "", tanh_d),
+        ("tanh_s", "", tanh_s),
     ]
 }
 
@@ -183,6 +202,7 @@ struct Record {
     flow: Flow,
     thermal: Thermal,
     damage: Damage,
+    tanh: Option<Tanh>,
 }
 
 #[derive(Deserialize)]
@@ -226,12 +246,26 @@ struct Damage {
     d3: f64,
     d4: f64,
     d5: f64,
+    fracture_energy: f64,
+    source: String,
+}
+
+/// What Sima and Özel's law needs beside `Flow`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Tanh {
+    a: f64,
+    b: f64,
+    c: f64,
+    d: f64,
+    s: f64,
     source: String,
 }
 
 impl From<Record> for Entry {
     fn from(record: Record) -> Self {
-        let Record { name, elastic, flow, thermal, damage } = record;
+        let Record { name, elastic, flow, thermal, damage, tanh } = record;
+        let has_tanh = tanh.is_some();
         Entry {
             name,
             constants: Constants {
@@ -251,10 +285,20 @@ impl From<Record> for Entry {
                 thermal_expansion: thermal.thermal_expansion,
                 taylor_quinney: thermal.taylor_quinney,
                 damage: [damage.d1, damage.d2, damage.d3, damage.d4, damage.d5],
+                fracture_energy: damage.fracture_energy,
+                // A material without them refuses the law; the start values stand for nothing.
+                tanh: tanh
+                    .as_ref()
+                    .map_or(Scene::default().material.constants.tanh, |t| [t.a, t.b, t.c, t.d, t.s]),
             },
+            has_tanh,
             source: format!(
-                "elastic: {}. flow stress: {}. thermal: {}. damage: {}.",
-                elastic.source, flow.source, thermal.source, damage.source
+                "elastic: {}. flow stress: {}. thermal: {}. damage: {}.{}",
+                elastic.source,
+                flow.source,
+                thermal.source,
+                damage.source,
+                tanh.map_or(String::new(), |tanh| format!(" johnson_cook_tanh: {}.", tanh.source))
             ),
         }
     }
@@ -350,7 +394,7 @@ mod tests {
     /// Every constant is compared, not only some.
     #[test]
     fn each_constant_is_checked() {
-        let changes: [fn(&mut Constants) -> &mut f64; 20] = [
+        let changes: [fn(&mut Constants) -> &mut f64; 26] = [
             |c| &mut c.density,
             |c| &mut c.youngs_modulus,
             |c| &mut c.poissons_ratio,
@@ -371,6 +415,12 @@ mod tests {
             |c| &mut c.damage[2],
             |c| &mut c.damage[3],
             |c| &mut c.damage[4],
+            |c| &mut c.fracture_energy,
+            |c| &mut c.tanh[0],
+            |c| &mut c.tanh[1],
+            |c| &mut c.tanh[2],
+            |c| &mut c.tanh[3],
+            |c| &mut c.tanh[4],
         ];
         for (index, change) in changes.iter().enumerate() {
             let mut asked = material("OFHC copper");

@@ -1,8 +1,13 @@
 //! Materials: the seam between the solver and constitutive models, the Johnson–Cook family, and the library.
 
+pub mod damage;
 pub mod effects;
+pub mod elasticity;
+pub mod hardening;
 pub mod johnson_cook;
 pub mod library;
+mod return_map;
+pub mod viscosity;
 
 use crate::dimension::Dimension;
 use crate::points::PointState;
@@ -13,7 +18,13 @@ use crate::simd::{Real, Vector};
 pub struct Totals<V> {
     /// Plastic work (J).
     pub plastic_work: V,
-    /// Largest volume ratio det F (-).
+    /// Elastic energy that rising temperatures took, negative where they gave it (J).
+    pub thermoelastic: V,
+    /// Work of separation: plastic work past the initiation of damage, and elastic energy that damage releases (J).
+    pub damage_work: V,
+    /// Work of artificial viscosity (J).
+    pub viscous_work: V,
+    /// Largest elastic volume ratio (-).
     pub volume_ratio: V,
 }
 
@@ -21,7 +32,14 @@ impl<V: Vector> Totals<V> {
     /// Nothing yet.
     #[inline(always)]
     pub fn zero() -> Self {
-        Totals { plastic_work: V::constant(0.0), volume_ratio: V::constant(0.0) }
+        let zero = V::constant(0.0);
+        Totals {
+            plastic_work: zero,
+            thermoelastic: zero,
+            damage_work: zero,
+            viscous_work: zero,
+            volume_ratio: zero,
+        }
     }
 }
 
@@ -40,6 +58,8 @@ pub struct PointReport {
     pub elastic_energy: f64,
     /// Heat stored since the start per volume at the start (J/m3).
     pub heat: f64,
+    /// Damage (-), 1 for a point that has failed.
+    pub damage: f64,
 }
 
 /// A constitutive model: from the increment of the displacement gradient to stress.
@@ -59,8 +79,20 @@ pub trait ConstitutiveModel<R: Real, D: Dimension>: Clone + Send + Sync + 'stati
     /// Speed of the fastest wave (m/s) when no point's volume ratio exceeds `volume_ratio` (-).
     fn sound_speed(&self, volume_ratio: f64) -> f64;
 
+    /// The same where points move at `fastest` (m/s) at most, for the time step: viscosity makes it appear faster.
+    fn signal_speed(&self, volume_ratio: f64, fastest: f64) -> f64 {
+        let _ = fastest;
+        self.sound_speed(volume_ratio)
+    }
+
     /// Volume strain (-) whose pressure equals the yield stress at the start; infinite for a material that never yields.
     fn yield_volume_strain(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Flow stress (Pa) of the point at `lane` as it is now; infinite for a material that never yields.
+    fn flow_stress(&self, state: &Self::State, lane: usize) -> f64 {
+        let _ = (state, lane);
         f64::INFINITY
     }
 
@@ -85,12 +117,36 @@ pub trait ConstitutiveModel<R: Real, D: Dimension>: Clone + Send + Sync + 'stati
         totals: &mut Totals<V>,
     ) -> D::Symmetric<V>;
 
-    /// Volume ratio det F (-) of the point at `lane`.
+    /// Elastic volume ratio (-) of the point at `lane`: det F where heat does not expand the material.
     fn volume_ratio(&self, state: &Self::State, lane: usize) -> f64;
 
-    /// Gives the point at `lane` another volume ratio (-); returns by how much its elastic energy falls per volume at
+    /// Volume ratio det F (-) of the point at `lane`.
+    fn present_volume_ratio(&self, state: &Self::State, lane: usize) -> f64 {
+        self.volume_ratio(state, lane)
+    }
+
+    /// Gives the point at `lane` another elastic volume ratio (-); returns by how much its elastic energy falls per volume at
     /// the start (J/m3).
     fn set_volume_ratio(&self, state: &mut Self::State, lane: usize, volume_ratio: f64) -> f64;
+
+    /// Temperature (K) of the point at `lane`.
+    fn temperature(&self, state: &Self::State, lane: usize) -> f64 {
+        self.report(state, lane).temperature
+    }
+
+    /// Whether heat makes the material expand, so that stresses follow temperatures.
+    fn expands(&self) -> bool {
+        false
+    }
+
+    /// Gives the point at `lane` another temperature (K), with the flow stress at rest and the elastic volume ratio that go
+    /// with it at the same det F; returns by how much its elastic energy falls per volume at the start (J/m3).
+    ///
+    /// For models that keep a temperature only; a scene without one has no pass that would call it.
+    fn set_temperature(&self, _state: &mut Self::State, lane: usize, temperature: f64) -> f64 {
+        debug_assert!(false, "point {lane} keeps no temperature and was given {temperature} K");
+        0.0
+    }
 
     /// What is known of the point at `lane`.
     fn report(&self, state: &Self::State, lane: usize) -> PointReport;

@@ -70,7 +70,7 @@ fn sign(path: &Path, provenance: &Provenance) -> Result<(), Error> {
     out.extend_from_slice(&chunk);
     out.extend_from_slice(&crc32fast::hash(&chunk).to_be_bytes());
     out.extend_from_slice(&png[after_header..]);
-    std::fs::write(path, out).map_err(|e| refused(e.to_string()))
+    vtk::replace(path, &out)
 }
 
 /// An error of the drawing library as ours.

@@ -5,6 +5,7 @@
 
 use core::arch::x86_64::*;
 use std::marker::PhantomData;
+use std::mem::transmute;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign};
 
 use super::portable::fold;
@@ -19,6 +20,7 @@ pub struct Avx2<R>(PhantomData<R>);
 /// # Safety
 /// The processor has AVX2 and FMA.
 #[target_feature(enable = "avx2,fma")]
+#[inline(never)]
 pub unsafe fn run<R: Real, S: Simd<Scalar = R>, K: Kernel<R>>(kernel: K) -> K::Output {
     kernel.run::<S>()
 }
@@ -40,11 +42,10 @@ mod f64x4 {
         _mm256_and_si256 as and_bits, _mm256_andnot_pd as and_not, _mm256_blendv_pd as blend,
         _mm256_castpd_si256 as to_bits, _mm256_castsi256_pd as from_bits, _mm256_cmp_pd as compare,
         _mm256_cvtepi32_pd as from_integers, _mm256_cvtpd_epi32 as to_integers, _mm256_div_pd as div,
-        _mm256_fmadd_pd as mul_add, _mm256_loadu_pd as load, _mm256_max_pd as max, _mm256_min_pd as min,
-        _mm256_movemask_pd as signs, _mm256_mul_pd as mul, _mm256_or_pd as or, _mm256_or_si256 as or_bits,
-        _mm256_round_pd as round, _mm256_set1_epi64x as splat_bits, _mm256_set1_pd as splat,
-        _mm256_slli_epi64 as shift_left, _mm256_sqrt_pd as sqrt, _mm256_srli_epi64 as shift_right,
-        _mm256_storeu_pd as store, _mm256_sub_pd as sub, _mm256_xor_pd as xor,
+        _mm256_fmadd_pd as mul_add, _mm256_max_pd as max, _mm256_min_pd as min, _mm256_movemask_pd as signs,
+        _mm256_mul_pd as mul, _mm256_or_pd as or, _mm256_or_si256 as or_bits, _mm256_round_pd as round,
+        _mm256_set1_epi64x as splat_bits, _mm256_set1_pd as splat, _mm256_slli_epi64 as shift_left,
+        _mm256_sqrt_pd as sqrt, _mm256_srli_epi64 as shift_right, _mm256_sub_pd as sub, _mm256_xor_pd as xor,
     };
 }
 
@@ -55,12 +56,12 @@ mod f32x8 {
         _mm256_and_si256 as and_bits, _mm256_andnot_ps as and_not, _mm256_blendv_ps as blend,
         _mm256_castps_si256 as to_bits, _mm256_castsi256_ps as from_bits, _mm256_cmp_ps as compare,
         _mm256_cvtepi32_ps as from_integers, _mm256_cvtps_epi32 as to_integers, _mm256_div_ps as div,
-        _mm256_fmadd_ps as mul_add, _mm256_loadu_ps as load, _mm256_loadu_si256 as load_integers,
-        _mm256_max_ps as max, _mm256_min_ps as min, _mm256_movemask_ps as signs, _mm256_mul_ps as mul,
-        _mm256_or_ps as or, _mm256_or_si256 as or_bits, _mm256_round_ps as round,
-        _mm256_set1_epi32 as splat_bits, _mm256_set1_ps as splat, _mm256_slli_epi32 as shift_left,
-        _mm256_sqrt_ps as sqrt, _mm256_srli_epi32 as shift_right, _mm256_storeu_ps as store,
-        _mm256_storeu_si256 as store_integers, _mm256_sub_ps as sub, _mm256_xor_ps as xor,
+        _mm256_fmadd_ps as mul_add, _mm256_loadu_si256 as load_integers, _mm256_max_ps as max,
+        _mm256_min_ps as min, _mm256_movemask_ps as signs, _mm256_mul_ps as mul, _mm256_or_ps as or,
+        _mm256_or_si256 as or_bits, _mm256_round_ps as round, _mm256_set1_epi32 as splat_bits,
+        _mm256_set1_ps as splat, _mm256_slli_epi32 as shift_left, _mm256_sqrt_ps as sqrt,
+        _mm256_srli_epi32 as shift_right, _mm256_storeu_si256 as store_integers, _mm256_sub_ps as sub,
+        _mm256_xor_ps as xor,
     };
 }
 
@@ -71,11 +72,11 @@ mod f32x4 {
         _mm_and_si128 as and_bits, _mm_andnot_ps as and_not, _mm_blendv_ps as blend,
         _mm_castps_si128 as to_bits, _mm_castsi128_ps as from_bits, _mm_cmp_ps as compare,
         _mm_cvtepi32_ps as from_integers, _mm_cvtps_epi32 as to_integers, _mm_div_ps as div,
-        _mm_fmadd_ps as mul_add, _mm_loadu_ps as load, _mm_loadu_si128 as load_integers, _mm_max_ps as max,
-        _mm_min_ps as min, _mm_movemask_ps as signs, _mm_mul_ps as mul, _mm_or_ps as or,
-        _mm_or_si128 as or_bits, _mm_round_ps as round, _mm_set1_epi32 as splat_bits, _mm_set1_ps as splat,
+        _mm_fmadd_ps as mul_add, _mm_loadu_si128 as load_integers, _mm_max_ps as max, _mm_min_ps as min,
+        _mm_movemask_ps as signs, _mm_mul_ps as mul, _mm_or_ps as or, _mm_or_si128 as or_bits,
+        _mm_round_ps as round, _mm_set1_epi32 as splat_bits, _mm_set1_ps as splat,
         _mm_slli_epi32 as shift_left, _mm_sqrt_ps as sqrt, _mm_srli_epi32 as shift_right,
-        _mm_storeu_ps as store, _mm_storeu_si128 as store_integers, _mm_sub_ps as sub, _mm_xor_ps as xor,
+        _mm_storeu_si128 as store_integers, _mm_sub_ps as sub, _mm_xor_ps as xor,
     };
 }
 
@@ -154,15 +155,15 @@ macro_rules! vector {
             #[inline(always)]
             fn load(from: &[$scalar]) -> Self {
                 let from: &[$scalar; $lanes] = from.first_chunk().expect("at least as many numbers as lanes");
-                // SAFETY: the array is as long as the register, whose load takes any alignment; AVX2 as above.
-                Self(unsafe { $reg::load(from.as_ptr()) })
+                // SAFETY: every bit pattern of the array is one of the register, which has the same size.
+                Self(unsafe { transmute::<[$scalar; $lanes], $reg::Register>(*from) })
             }
             #[inline(always)]
             fn store(self, to: &mut [$scalar]) {
                 let to: &mut [$scalar; $lanes] =
                     to.first_chunk_mut().expect("at least as many places as lanes");
-                // SAFETY: the array is as long as the register, whose store takes any alignment; AVX2 as above.
-                unsafe { $reg::store(to.as_mut_ptr(), self.0) }
+                // SAFETY: every bit pattern of the register is one of the array, which has the same size.
+                *to = unsafe { transmute::<$reg::Register, [$scalar; $lanes]>(self.0) };
             }
             #[inline(always)]
             fn mul_add(self, a: Self, b: Self) -> Self {
@@ -307,10 +308,7 @@ vector!(F32x4, MaskF32x4, f32x4, f32, i32, 4);
 /// Rows (one vector per point) to columns (one vector per component), or back: a matrix of 4 × 4.
 #[inline(always)]
 fn transpose(rows: [F64x4; 4]) -> [F64x4; 4] {
-    let [a, b, c, d] = rows.map(
-        #[inline(always)]
-        |row| row.0,
-    );
+    let [F64x4(a), F64x4(b), F64x4(c), F64x4(d)] = rows;
     registers!({
         let (ab_even, ab_odd) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
         let (cd_even, cd_odd) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
@@ -326,10 +324,7 @@ fn transpose(rows: [F64x4; 4]) -> [F64x4; 4] {
 /// Rows to columns, or back, of two matrices of 4 × 4 at once: one in the lower, one in the upper halves.
 #[inline(always)]
 fn transpose_halves(rows: [F32x8; 4]) -> [F32x8; 4] {
-    let [a, b, c, d] = rows.map(
-        #[inline(always)]
-        |row| row.0,
-    );
+    let [F32x8(a), F32x8(b), F32x8(c), F32x8(d)] = rows;
     registers!({
         let (ab_low, ab_high) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
         let (cd_low, cd_high) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
@@ -382,6 +377,12 @@ impl Simd for Avx2<f64> {
         c.store(&mut to[8..12]);
         d.store(&mut to[12..]);
     }
+
+    #[inline(always)]
+    fn apart<K: Kernel<f64>>(part: K) -> K::Output {
+        // SAFETY: these vectors exist within `run` alone, whose caller has found AVX2 and FMA.
+        unsafe { run::<f64, Self, K>(part) }
+    }
 }
 
 impl Simd for Avx2<f32> {
@@ -403,5 +404,11 @@ impl Simd for Avx2<f32> {
         store_pair(b, to, 1);
         store_pair(c, to, 2);
         store_pair(d, to, 3);
+    }
+
+    #[inline(always)]
+    fn apart<K: Kernel<f32>>(part: K) -> K::Output {
+        // SAFETY: these vectors exist within `run` alone, whose caller has found AVX2 and FMA.
+        unsafe { run::<f32, Self, K>(part) }
     }
 }

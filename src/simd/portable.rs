@@ -3,7 +3,6 @@
 //! The loops over lanes have a fixed length and no branches, so that the compiler turns them into whatever vector
 //! instructions every processor of the platform has (SSE2 on x86-64, NEON on AArch64).
 
-use std::array::from_fn;
 use std::marker::PhantomData;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign};
 
@@ -25,26 +24,13 @@ pub struct Array<R, const N: usize>([R; N]);
 #[derive(Clone, Copy, Debug)]
 pub struct ArrayMask<const N: usize>([bool; N]);
 
-/// One function of one lane, for all lanes. A loop, since a closure given to `array::map` is not always inlined.
-macro_rules! each {
-    ($i:ident => $lane:expr) => {{
-        let mut result = [Default::default(); N];
-        let mut $i = 0;
-        while $i < N {
-            result[$i] = $lane;
-            $i += 1;
-        }
-        result
-    }};
-}
-
 macro_rules! operator {
     ($operator:ident, $function:ident, $assign:ident, $assign_function:ident) => {
         impl<R: Real, const N: usize> $operator for Array<R, N> {
             type Output = Self;
             #[inline(always)]
             fn $function(self, o: Self) -> Self {
-                Self(each!(i => $operator::$function(self.0[i], o.0[i])))
+                Self(each!(i < N => $operator::$function(self.0[i], o.0[i])))
             }
         }
         impl<R: Real, const N: usize> $assign for Array<R, N> {
@@ -64,7 +50,7 @@ impl<R: Real, const N: usize> Neg for Array<R, N> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self(each!(i => -self.0[i]))
+        Self(each!(i < N => -self.0[i]))
     }
 }
 
@@ -113,43 +99,43 @@ impl<R: Real, const N: usize> Vector for Array<R, N> {
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        Self(each!(i => self.0[i].sqrt()))
+        Self(each!(i < N => self.0[i].sqrt()))
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        Self(each!(i => self.0[i].abs()))
+        Self(each!(i < N => self.0[i].abs()))
     }
     #[inline(always)]
     fn min(self, o: Self) -> Self {
-        Self(each!(i => self.0[i].min(o.0[i])))
+        Self(each!(i < N => self.0[i].min(o.0[i])))
     }
     #[inline(always)]
     fn max(self, o: Self) -> Self {
-        Self(each!(i => self.0[i].max(o.0[i])))
+        Self(each!(i < N => self.0[i].max(o.0[i])))
     }
     #[inline(always)]
     fn round(self) -> Self {
-        Self(each!(i => self.0[i].round()))
+        Self(each!(i < N => self.0[i].round()))
     }
     #[inline(always)]
     fn lt(self, o: Self) -> ArrayMask<N> {
-        ArrayMask(each!(i => self.0[i] < o.0[i]))
+        ArrayMask(each!(i < N => self.0[i] < o.0[i]))
     }
     #[inline(always)]
     fn le(self, o: Self) -> ArrayMask<N> {
-        ArrayMask(each!(i => self.0[i] <= o.0[i]))
+        ArrayMask(each!(i < N => self.0[i] <= o.0[i]))
     }
     #[inline(always)]
     fn gt(self, o: Self) -> ArrayMask<N> {
-        ArrayMask(each!(i => self.0[i] > o.0[i]))
+        ArrayMask(each!(i < N => self.0[i] > o.0[i]))
     }
     #[inline(always)]
     fn ge(self, o: Self) -> ArrayMask<N> {
-        ArrayMask(each!(i => self.0[i] >= o.0[i]))
+        ArrayMask(each!(i < N => self.0[i] >= o.0[i]))
     }
     #[inline(always)]
     fn select(mask: ArrayMask<N>, yes: Self, no: Self) -> Self {
-        Self(each!(i => if mask.0[i] { yes.0[i] } else { no.0[i] }))
+        Self(each!(i < N => if mask.0[i] { yes.0[i] } else { no.0[i] }))
     }
     #[inline(always)]
     fn sum(self) -> R {
@@ -173,16 +159,16 @@ impl<R: Real, const N: usize> Vector for Array<R, N> {
     }
     #[inline(always)]
     fn scale_exponent(self, k: Self) -> Self {
-        Self(each!(i => self.0[i].scale_exponent(k.0[i])))
+        Self(each!(i < N => self.0[i].scale_exponent(k.0[i])))
     }
     #[inline(always)]
     fn store_i32(self, to: &mut [i32]) {
-        *to.first_chunk_mut().expect("at least as many places as lanes") = each!(i => self.0[i].to_i32());
+        *to.first_chunk_mut().expect("at least as many places as lanes") = each!(i < N => self.0[i].to_i32());
     }
     #[inline(always)]
     fn load_i32(from: &[i32]) -> Self {
         let from: &[i32; N] = from.first_chunk().expect("at least as many integers as lanes");
-        Self(each!(i => R::from_i32(from[i])))
+        Self(each!(i < N => R::from_i32(from[i])))
     }
 }
 
@@ -190,21 +176,21 @@ impl<const N: usize> BitAnd for ArrayMask<N> {
     type Output = Self;
     #[inline(always)]
     fn bitand(self, o: Self) -> Self {
-        Self(each!(i => self.0[i] & o.0[i]))
+        Self(each!(i < N => self.0[i] & o.0[i]))
     }
 }
 impl<const N: usize> BitOr for ArrayMask<N> {
     type Output = Self;
     #[inline(always)]
     fn bitor(self, o: Self) -> Self {
-        Self(each!(i => self.0[i] | o.0[i]))
+        Self(each!(i < N => self.0[i] | o.0[i]))
     }
 }
 impl<const N: usize> Not for ArrayMask<N> {
     type Output = Self;
     #[inline(always)]
     fn not(self) -> Self {
-        Self(each!(i => !self.0[i]))
+        Self(each!(i < N => !self.0[i]))
     }
 }
 impl<const N: usize> Mask for ArrayMask<N> {
@@ -222,10 +208,7 @@ impl<const N: usize> Mask for ArrayMask<N> {
 #[inline(always)]
 fn load_transposed<R: Real, const N: usize>(from: &[R]) -> [Array<R, N>; 4] {
     let from = &from[..4 * N];
-    from_fn(
-        #[inline(always)]
-        |c| Array(each!(p => from[4 * p + c])),
-    )
+    each!(c < 4 => Array(each!(p < N => from[4 * p + c])))
 }
 
 /// Joins four vectors of `N` to `4 N` numbers.
@@ -252,6 +235,11 @@ impl Simd for Portable<f64> {
     fn store_transposed(lanes: [Self::Lanes; 4], to: &mut [f64]) {
         store_transposed(lanes, to);
     }
+
+    #[inline(never)]
+    fn apart<K: Kernel<f64>>(part: K) -> K::Output {
+        part.run::<Self>()
+    }
 }
 
 impl Simd for Portable<f32> {
@@ -266,6 +254,11 @@ impl Simd for Portable<f32> {
     #[inline(always)]
     fn store_transposed(lanes: [Self::Lanes; 4], to: &mut [f32]) {
         store_transposed(lanes, to);
+    }
+
+    #[inline(never)]
+    fn apart<K: Kernel<f32>>(part: K) -> K::Output {
+        part.run::<Self>()
     }
 }
 

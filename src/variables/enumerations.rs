@@ -89,7 +89,7 @@ pub static TRANSFER: Enumeration = Enumeration {
     name: "Transfer",
     description: "how velocities go from the grid back to the points",
     items: items_of!(TransferChoice),
-    texts: &["increments of the grid velocity"],
+    texts: &["increments of the grid velocity", "grid velocity with an affine field around each point"],
 };
 /// Contact law between tool and workpiece.
 pub static CONTACT: Enumeration = Enumeration {

@@ -7,7 +7,7 @@ use super::units::*;
 use super::{Access, Kind, Variable, choice_parameter, enumerations, parameter, real};
 use crate::scene::{Heat, Law};
 
-/// Parameters with references 1100 to 1299.
+/// Parameters with references 1100 to 1299, and 1440 to 1459.
 pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1100,
@@ -181,6 +181,48 @@ pub(super) static PARAMETERS: &[Variable] = &[
         kind: real(&ONE, "", [-100.0, 100.0], None, parameter!(material.constants.damage[4])),
     },
     Variable {
+        reference: 1440,
+        name: "material.tanh_a",
+        description: "Sima-Ozel constant a: exponent of the strain at which hardening decays; for material.law = johnson_cook_tanh",
+        kind: real(&ONE, "", [0.0, 20.0], Some(2.0), parameter!(material.constants.tanh[0])),
+    },
+    Variable {
+        reference: 1441,
+        name: "material.tanh_b",
+        description: "Sima-Ozel constant b: exponent of the temperature that moves the strain softening",
+        kind: real(&ONE, "", [0.01, 20.0], Some(5.0), parameter!(material.constants.tanh[1])),
+    },
+    Variable {
+        reference: 1442,
+        name: "material.tanh_c",
+        description: "Sima-Ozel constant c: exponent of the strain in the hyperbolic tangent",
+        kind: real(&ONE, "", [0.01, 20.0], Some(2.0), parameter!(material.constants.tanh[2])),
+    },
+    Variable {
+        reference: 1443,
+        name: "material.tanh_d",
+        description: "Sima-Ozel constant d: exponent of the temperature in the share that softens",
+        kind: real(&ONE, "", [0.01, 20.0], Some(1.0), parameter!(material.constants.tanh[3])),
+    },
+    Variable {
+        reference: 1444,
+        name: "material.tanh_s",
+        description: "Sima-Ozel constant s: exponent of the hyperbolic tangent",
+        kind: real(&ONE, "", [0.0, 20.0], Some(0.05), parameter!(material.constants.tanh[4])),
+    },
+    Variable {
+        reference: 1445,
+        name: "material.fracture_energy",
+        description: "energy per area that material dissipates between the initiation of damage and separation",
+        kind: real(
+            &JOULE_PER_SQUARE_METRE,
+            "",
+            [1.0, 1e9],
+            Some(1e4),
+            parameter!(material.constants.fracture_energy),
+        ),
+    },
+    Variable {
         reference: 1200,
         name: "effects.heat",
         description: "what heats the material and where the heat goes",
@@ -219,7 +261,7 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1206,
         name: "effects.sticking",
-        description: "friction traction is capped by the material's shear strength",
+        description: "friction traction is capped by the material's shear strength, flow stress over the root of 3; goes with numerics.contact = surface",
         kind: Kind::Boolean(parameter!(effects.sticking)),
     },
     Variable {

@@ -100,4 +100,16 @@ pub(super) static PARAMETERS: &[Variable] = &[
         description: "reach of the integrated material ahead of the tool in feeds, and a third of that behind and below it; the rest of the workpiece stands still; 0 for no window",
         kind: real(&ONE, "", [0.0, 1000.0], Some(4.0), parameter!(numerics.active_window)),
     },
+    Variable {
+        reference: 1450,
+        name: "numerics.viscosity_linear",
+        description: "linear coefficient of the artificial viscosity: its pressure over density, sound speed, cell length and compression rate",
+        kind: real(&ONE, "", [0.0, 1.0], Some(0.06), parameter!(numerics.viscosity_linear)),
+    },
+    Variable {
+        reference: 1451,
+        name: "numerics.viscosity_quadratic",
+        description: "quadratic coefficient of the artificial viscosity: square root of its pressure over density, over cell length and compression rate",
+        kind: real(&ONE, "", [0.0, 4.0], Some(1.2), parameter!(numerics.viscosity_quadratic)),
+    },
 ];

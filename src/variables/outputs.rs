@@ -257,6 +257,60 @@ pub(super) static OUTPUTS: &[Variable] = &[
         description: "kinetic energy brought in by changes of the mass factor since the start",
         kind: real(&JOULE, "mJ", [-NONE, NONE], Some(0.1), output!(mass_scaling_energy)),
     },
+    Variable {
+        reference: 190,
+        name: "numerics.retries",
+        description: "time steps since the start that were solved again at half their length, because a point would have moved too far or changed its volume too much",
+        kind: integer([0, i32::MAX], output!(retries)),
+    },
+    Variable {
+        reference: 200,
+        name: "numerics.force_error_band",
+        description: "share of the cutting force that it may be off by at this spacing and speed level, from the price list measured on the reference cut; 1 where that knows nothing, as for numerics.contact other than surface; 0 before the model is built",
+        kind: real(&ONE, "%", [0.0, NONE], Some(0.05), output!(force_error_band)),
+    },
+    Variable {
+        reference: 201,
+        name: "numerics.estimated_cpu_time",
+        description: "processor time of all threads from start to stop time (without a stop time: over the default experiment's 40 µs), estimated when initialization is left; 0 before, and in a state restored from bytes",
+        kind: real(&SECOND, "", [0.0, NONE], Some(10.0), output!(estimated_cpu_time)),
+    },
+    Variable {
+        reference: 171,
+        name: "energy.thermoelastic",
+        description: "elastic energy that heat took since the start by expanding the material, negative where it gave it",
+        kind: real(&JOULE, "mJ", [-NONE, NONE], Some(0.1), output!(thermoelastic)),
+    },
+    Variable {
+        reference: 172,
+        name: "energy.tool_heat",
+        description: "heat that went into the tool since the start, for effects.heat = conduction: its share of the friction work and, with effects.tool_heat, what flows through the contact",
+        kind: real(&JOULE, "mJ", [-NONE, NONE], Some(0.1), output!(tool_heat)),
+    },
+    Variable {
+        reference: 170,
+        name: "tool_temperature_peak",
+        description: "highest temperature of the tool, for effects.tool_heat; the initial temperature of the workpiece without",
+        kind: real(&KELVIN, "degC", [0.0, NONE], Some(500.0), output!(tool_temperature_peak)),
+    },
+    Variable {
+        reference: 180,
+        name: "energy.damage",
+        description: "work of separation since the start: plastic work of material past the initiation of damage, and the elastic energy that damage releases",
+        kind: real(&JOULE, "mJ", [-NONE, NONE], Some(0.1), output!(damage_work)),
+    },
+    Variable {
+        reference: 181,
+        name: "energy.viscous",
+        description: "work of the artificial viscosity since the start",
+        kind: real(&JOULE, "mJ", [-NONE, NONE], Some(0.1), output!(viscous_work)),
+    },
+    Variable {
+        reference: 182,
+        name: "sticking_share",
+        description: "share of the area of contact where the material sticks to the tool, mean over the last communication step: friction there is below Coulomb's, capped by the shear strength or at rest on the tool; 0 without effects.sticking",
+        kind: real(&ONE, "%", [0.0, NONE], Some(0.5), output!(sticking_share)),
+    },
 ];
 
 /// Outputs before the model is built, as initialization mode shows them.
@@ -264,6 +318,7 @@ pub fn outputs_at_start(scene: &Scene) -> Outputs {
     Outputs {
         chip_temperature: scene.workpiece.initial_temperature,
         chip_temperature_peak: scene.workpiece.initial_temperature,
+        tool_temperature_peak: scene.workpiece.initial_temperature,
         min_jacobian: 1.0,
         mass_factor: 1.0,
         tool_position_x: scene.workpiece.length + scene.tool.initial_gap,
@@ -276,7 +331,9 @@ pub fn outputs_at_start(scene: &Scene) -> Outputs {
 /// The parameters and inputs that an output's value before the first step depends on; none for a constant.
 pub fn start_dependencies(output: &str) -> &'static [&'static str] {
     match output {
-        "chip_temperature" | "chip_temperature_peak" => &["workpiece.initial_temperature"],
+        "chip_temperature" | "chip_temperature_peak" | "tool_temperature_peak" => {
+            &["workpiece.initial_temperature"]
+        }
         "tool_position_x" => &["workpiece.length", "tool.initial_gap"],
         "tool_position_y" => &["feed", "workpiece.height"],
         _ => &[],

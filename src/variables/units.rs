@@ -94,6 +94,9 @@ pub static PASCAL: Unit =
 /// Energy per volume.
 pub static JOULE_PER_CUBIC_METRE: Unit =
     unit("J/m3", exponents(1, -1, -2, 0, 0), &[Display::scaled("J/mm3", 1e-9)]);
+/// Energy per area.
+pub static JOULE_PER_SQUARE_METRE: Unit =
+    unit("J/m2", exponents(1, 0, -2, 0, 0), &[Display::scaled("kJ/m2", 1e-3)]);
 /// Mass density.
 pub static KILOGRAM_PER_CUBIC_METRE: Unit =
     unit("kg/m3", exponents(1, -3, 0, 0, 0), &[Display::scaled("g/cm3", 1e-3)]);
@@ -101,6 +104,8 @@ pub static KILOGRAM_PER_CUBIC_METRE: Unit =
 pub static JOULE_PER_KILOGRAM_KELVIN: Unit = unit("J/(kg.K)", exponents(0, 2, -2, -1, 0), &[]);
 /// Thermal conductivity.
 pub static WATT_PER_METRE_KELVIN: Unit = unit("W/(m.K)", exponents(1, 1, -3, -1, 0), &[]);
+/// Thermal contact conductance.
+pub static WATT_PER_SQUARE_METRE_KELVIN: Unit = unit("W/(m2.K)", exponents(1, 0, -3, -1, 0), &[]);
 /// Thermal expansion; as a difference, so without the offset of degrees Celsius.
 pub static PER_KELVIN: Unit = unit("1/K", exponents(0, 0, 0, -1, 0), &[]);
 /// Strain rate.
@@ -122,8 +127,10 @@ pub static ALL: &[&Unit] = &[
     &KILOGRAM_PER_CUBIC_METRE,
     &JOULE_PER_KILOGRAM_KELVIN,
     &WATT_PER_METRE_KELVIN,
+    &WATT_PER_SQUARE_METRE_KELVIN,
     &PER_KELVIN,
     &PER_SECOND,
+    &JOULE_PER_SQUARE_METRE,
 ];
 
 #[cfg(test)]

@@ -113,6 +113,18 @@ pub(super) static PARAMETERS: &[Variable] = &[
         kind: real(&KILOGRAM_PER_CUBIC_METRE, "", [100.0, 3e4], Some(1e4), parameter!(tool.density)),
     },
     Variable {
+        reference: 1420,
+        name: "tool.contact_conductance",
+        description: "heat that flows between tool and workpiece in contact per area and difference of temperature, for effects.tool_heat",
+        kind: real(
+            &WATT_PER_SQUARE_METRE_KELVIN,
+            "",
+            [0.0, 1e12],
+            Some(1e6),
+            parameter!(tool.contact_conductance),
+        ),
+    },
+    Variable {
         reference: 1050,
         name: "results.directory",
         description: "folder for ParaView files and a table of the outputs, written on the way; empty writes nothing",

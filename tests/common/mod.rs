@@ -3,7 +3,7 @@
 // Each test file uses its own part of this module.
 #![allow(dead_code)]
 
-use swarf::contact::{RigidTool, SurfaceContact};
+use swarf::contact::{Contact, RigidTool};
 use swarf::dimension::Dimension;
 use swarf::grid::{FixedNodes, Layout};
 use swarf::material::effects::{Adiabatic, RateDependent, Softening, Temperature};
@@ -22,7 +22,7 @@ pub type SteelIn<R> = JohnsonCook<R, RateDependent<R>, Adiabatic<R, true>>;
 /// Its state.
 pub type StateIn<R, D> = State<R, D, Temperature<R>>;
 /// A block of it.
-pub type BlockIn<R, D, F> = Simulation<R, D, F, SteelIn<R>, SurfaceContact>;
+pub type BlockIn<R, D, F> = Simulation<R, D, F, SteelIn<R>>;
 /// The same in double precision.
 pub type Steel = SteelIn<f64>;
 pub type SteelState<D> = StateIn<f64, D>;
@@ -165,13 +165,23 @@ impl Lattice {
         constants: &Constants,
         shape: F,
         tool: RigidTool,
-        mut place: impl FnMut([f64; 3], &mut StateIn<R, D>, usize) -> [f64; 3],
+        place: impl FnMut([f64; 3], &mut StateIn<R, D>, usize) -> [f64; 3],
     ) -> BlockIn<R, D, F> {
-        let model = steel::<R>(constants);
+        self.build_of(steel::<R>(constants), shape, tool, place)
+    }
+
+    /// The same of any model.
+    pub fn build_of<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>>(
+        &self,
+        model: M,
+        shape: F,
+        tool: RigidTool,
+        mut place: impl FnMut([f64; 3], &mut M::State, usize) -> [f64; 3],
+    ) -> Simulation<R, D, F, M> {
         let count: [usize; 3] =
             std::array::from_fn(|k| if k < D::AXES { (self.cells[k] * self.per_edge) as usize } else { 1 });
         let total: usize = count.iter().product();
-        let mut blocks = vec![Block::<R, D, StateIn<R, D>>::empty(); total.div_ceil(BLOCK)];
+        let mut blocks = vec![Block::<R, D, M::State>::empty(); total.div_ceil(BLOCK)];
         let spacing = self.cell / f64::from(self.per_edge);
         for number in 0..total {
             let index = [number / (count[1] * count[2]), number / count[2] % count[1], number % count[2]];
@@ -194,12 +204,15 @@ impl Lattice {
         let partition = Partition::new(layout, self.fixed.clone(), blocks);
         Simulation::new(
             partition,
-            (shape, model, SurfaceContact),
+            (shape, model),
             tool,
             // Exact solutions are compared without the locking control (tests/locking.rs).
             Options {
                 courant: self.courant,
                 instructions: InstructionSet::detect(),
+                contact: Contact::Surface,
+                depth: 1.0,
+                sticking: false,
                 locking_control: false,
                 mass_scaling: None,
                 window: None,

@@ -1,5 +1,5 @@
-//! The variable tables of the FMU's own documentation, made from its model description when it is packaged, so that the page
-//! inside an FMU always speaks of that FMU.
+//! The tables of the FMU's own documentation, made from its model description and the price list when it is packaged, so
+//! that the page inside an FMU always speaks of that FMU.
 
 use crate::Outcome;
 
@@ -29,6 +29,42 @@ pub fn with_variables(page: &str, description: &str) -> Outcome<String> {
         tables.push_str(&format!("<h3>{title}</h3>\n<table>\n{head}\n{}\n</table>\n", rows.join("\n")));
     }
     Ok(page.replace(MARK, tables.trim_end()))
+}
+
+/// Stands in the page where the price list goes.
+const PRICE_MARK: &str = "<!-- price list -->";
+
+/// The page with the presets of `resources/price_list.csv` in place of their mark.
+///
+/// # Errors
+/// A page without the mark, or a list that cannot be read.
+pub fn with_price_list(page: &str, list: &str) -> Outcome<String> {
+    if !page.contains(PRICE_MARK) {
+        return Err(format!(
+            "documentation/index.html has no place for the price list: it needs {PRICE_MARK}"
+        ));
+    }
+    let mut lines = list.lines().filter(|line| !line.starts_with('#'));
+    let columns: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    let outputs =
+        columns.get(4..).filter(|outputs| !outputs.is_empty()).ok_or("price_list.csv has no head")?;
+    let heads: String = outputs.iter().map(|name| format!("<th><code>{name}</code></th>")).collect();
+    let mut rows = String::new();
+    for line in lines.filter(|line| line.starts_with("preset,")) {
+        let fields: Vec<&str> = line.split(',').collect();
+        let [_, name, numbers @ ..] = fields.as_slice() else { continue };
+        let numbers: Option<Vec<f64>> = numbers.iter().map(|text| text.parse().ok()).collect();
+        let numbers = numbers.filter(|numbers| numbers.len() == outputs.len() + 2);
+        let numbers = numbers.ok_or_else(|| format!("price_list.csv cannot be read at '{line}'"))?;
+        let bands: String =
+            numbers[2..].iter().map(|band| format!("<td>&plusmn;{:.1} %</td>", 100.0 * band)).collect();
+        let (spacing, seconds) = (1e6 * numbers[0], numbers[1]);
+        rows.push_str(&format!(
+            "<tr><td><code>{name}</code></td><td>{spacing:.0} &micro;m</td><td>{seconds:.1} s</td>{bands}</tr>\n"
+        ));
+    }
+    let head = format!("<tr><th>preset</th><th>spacing</th><th>CPU time</th>{heads}</tr>");
+    Ok(page.replace(PRICE_MARK, &format!("<table>\n{head}\n{rows}</table>")))
 }
 
 /// One variable as a line of a table. Texts come from XML, so they are escaped for HTML already.
@@ -90,6 +126,18 @@ mod tests {
         assert!(page.contains(feed), "{page}");
         assert!(page.contains("<td>cut</td><td>cut (1), press (2)</td>"), "{page}");
         assert!(with_variables("<p>no mark</p>", description).is_err());
+    }
+
+    /// A preset becomes a line with its bands in percent; lines of other kinds do not.
+    #[test]
+    fn presets_become_lines_of_the_price_list() {
+        let list = "# remark\nkind,name,point_spacing,cpu_seconds,cutting_force,thrust_force\n\
+            spacing,,1e-5,20.0,0.5,0.5\npreset,fine,1e-5,6.23,0.0512,0.2\n";
+        let page = with_price_list("<p>before</p><!-- price list -->", list).unwrap();
+        let line = "<tr><td><code>fine</code></td><td>10 &micro;m</td><td>6.2 s</td><td>&plusmn;5.1 %</td><td>&plusmn;20.0 %</td></tr>";
+        assert!(page.contains(line) && page.matches("<tr>").count() == 2, "{page}");
+        assert!(with_price_list("<p>no mark</p>", list).is_err());
+        assert!(with_price_list(PRICE_MARK, &list.replace("6.23", "cheap")).is_err());
     }
 
     /// The committed page has its place, and every variable gets its line.

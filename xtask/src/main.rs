@@ -2,10 +2,13 @@
 //!
 //! Every command fetches and builds what it needs into the repository's own folders (`.venv`, `target`).
 
+mod aarch64;
 mod bench;
 mod describe;
 mod documentation;
+mod effects;
 mod fuzz;
+mod hard_cases;
 mod package;
 mod portable;
 mod process;
@@ -22,13 +25,23 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 cargo xtask COMMAND
 
-  cut [--paper | --quick] [--set NAME=VALUE]... [--stop S] [--step S] [--out DIR]
+  cut [--paper | --quick] [--set NAME=VALUE]... [--stop S] [--step S] [--out DIR] [--estimate]
             package swarf.fmu and run a cut through it: tables, plots and pictures in target/cut
             --paper   120,000 points, as the paper          --quick   about 1,900 points, a first look
             --set     any parameter or input of the FMU, e.g. --set friction=0 --set feed=0.5mm --set tool.rake_angle=10deg
             --stop    end (s); otherwise 2 mm of travel     --step    communication step (s)
+            --estimate    only tell the CPU time that the run would take, and the error band of its force
   verify [--out DIR]
             run the problems with exact solutions: table and plots in target/verify (some minutes)
+  accuracy [--quick] [--threads N] [--report] [--out DIR]
+            error over CPU time for every method, convergence, price list: tables and plots in target/accuracy; a study
+            that was ended goes on where it was, and says at its start how long the rest takes
+            --quick   seconds, figures without meaning       --report  tables from the runs that are there
+  validate [--quick] [--threads N] [--report] [--out DIR]
+            measured cuts of AISI 1045 and the shear plane: tables in target/validate, resumed in the same way
+  hard-cases [--short] [--write] [CASE]...
+            the hard cases (or those of these numbers or names), and two thousand random scenes: table in target/hard-cases
+            --short   as in the tests, seconds each           --write   put the table into docs/hard-cases.md
   test      formatting, clippy, unit, integration and FMU tests, pytest with FMPy
   package [--portable] [--windows] [--with OTHER.fmu]...
             build target/swarf.fmu; for a release always with --portable --windows
@@ -44,10 +57,15 @@ cargo xtask COMMAND
   bench [--quick | --full]
             the machine's peak, speed of whole cuts, time by phase, also in target/bench/bench.json
             --quick   under a minute          --full   long warm-ups, and the whole cut with the paper's 120,000 points
+  bench --row NAME [--full]
+            one measurement, also in target/bench/NAME.json; --rows lists them, --all-rows [--full] [--resume] runs them
   bench --kernels [FILTER]
             single kernels under Criterion
   bench --instructions [--write]
             instructions of each kernel against tests/data/instruction_counts.toml, or write that file (valgrind)
+  effects [--full] [--build] [--effect NAME]
+            what each effect costs and changes on the reference cut, as a table in target/effects/effects.md
+            --full    at 30,000 points       --build   the library's build time, too
   valgrind  load, run and free the packaged FMU under memcheck
   describe [--check]   write modelDescription/modelDescription.xml, or fail where it is stale
   readme [--check]     write the variable table in README.md, or fail where it is stale
@@ -66,10 +84,14 @@ fn main() -> ExitCode {
         ["test"] => test::run(),
         ["package", rest @ ..] => packaged(rest),
         ["bench", rest @ ..] => bench::run(rest),
+        ["effects", rest @ ..] => effects::run(rest),
         ["fuzz", rest @ ..] => fuzz::run(rest),
         ["valgrind"] => valgrind::run(),
         ["wine", rest @ ..] => wine::run(rest),
         ["verify", rest @ ..] => verify::run(rest),
+        ["accuracy", rest @ ..] => verify::study("accuracy", rest),
+        ["validate", rest @ ..] => verify::study("validate", rest),
+        ["hard-cases", rest @ ..] => hard_cases::run(rest),
         ["describe"] => describe::description(false),
         ["describe", "--check"] => describe::description(true),
         ["readme"] => describe::readme(false),
@@ -127,8 +149,6 @@ fn fmu_and_master() -> Outcome<(PathBuf, PathBuf)> {
     let fmu = package::build()?;
     println!("xtask: building the master");
     let mut build = process::cargo(&["build", "--release", "--package", "swarf-master"]);
-    // The master waits for the FMU, which brings its own optimised library: link quickly instead.
-    build.args(["--config", "profile.release.lto=\"off\"", "--config", "profile.release.codegen-units=16"]);
     process::run(tools.apply(&mut build))?;
     let master = target().join("release").join(format!("swarf-master{}", std::env::consts::EXE_SUFFIX));
     Ok((fmu, master))

@@ -45,6 +45,8 @@ pub fn build_with(kinds: &[Kind], others: &[&str]) -> Outcome<PathBuf> {
     add_folder(&mut files, &folder.join("documentation"), "documentation")?;
     let (page, xml) = (folder.join("documentation/index.html"), process::read(&description)?);
     let page = documentation::with_variables(&process::read(&page)?, &xml)?;
+    let prices = process::read(&root().join("resources/price_list.csv"))?;
+    let page = documentation::with_price_list(&page, &prices)?;
     files.insert("documentation/index.html".into(), page.into_bytes());
     // Kept once, where README shows it, too.
     let picture = "reference_cut.png";

@@ -3,18 +3,10 @@
 use std::time::Instant;
 
 use crate::setup::Tools;
-use crate::{Outcome, describe, package, process, root, setup};
+use crate::{Outcome, aarch64, describe, package, process, root, setup};
 
-/// Checks of the physics run optimised, with debug assertions; link-time optimisation would only cost build time.
-pub const OPTIMISED: [&str; 7] = [
-    "--release",
-    "--config",
-    "profile.release.lto=\"off\"",
-    "--config",
-    "profile.release.codegen-units=16",
-    "--config",
-    "profile.release.debug-assertions=true",
-];
+/// Checks of the physics run optimised, with debug assertions.
+pub const OPTIMISED: [&str; 3] = ["--release", "--config", "profile.release.debug-assertions=true"];
 
 /// Runs all stages.
 ///
@@ -29,18 +21,19 @@ pub fn run() -> Outcome {
             ["clippy", "--workspace", "--all-targets", "--features", "swarf/plot", "--", "-D", "warnings"];
         process::run(ready(&tools)?.apply(&mut process::cargo(&arguments)))
     });
-    stages.run("generated texts", || describe::description(true).and_then(|()| describe::readme(true)));
-    stages.run("unit and integration tests", || {
-        let mut command =
-            process::cargo(&["test", "--package", "swarf", "--package", "xtask", "--no-fail-fast"]);
-        process::run(command.args(["--features", "swarf/plot"]).args(OPTIMISED))
-    });
+    stages.run("check for aarch64", aarch64::check);
     let fmu = stages.run("package", package::build);
-    stages.run("FMU through the fmi crate", || {
+    // One call for all packages, since another choice of packages would build the library with all its kernels anew.
+    stages.run("unit and integration tests", || {
         fmu.as_ref().ok_or("no FMU was packaged")?;
-        let mut command = process::cargo(&["test", "--package", "swarf-master", "--no-fail-fast"]);
+        let mut command = process::cargo(&["test", "--no-fail-fast", "--features", "swarf/study"]);
+        for package in ["swarf", "xtask", "swarf-master"] {
+            command.args(["--package", package]);
+        }
         process::run(ready(&tools)?.apply(command.args(OPTIMISED)))
     });
+    // By the program that the tests have just built.
+    stages.run("generated texts", describe::check_built);
     stages.run("FMU through FMPy", || {
         fmu.as_ref().ok_or("no FMU was packaged")?;
         let mut command = std::process::Command::new(&ready(&tools)?.python);

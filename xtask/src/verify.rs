@@ -1,4 +1,6 @@
-//! `cargo xtask verify`: the problems with exact solutions in full, with a table and plots.
+//! The studies of `swarf` with feature `study`: `cargo xtask verify`, `accuracy` and `validate`.
+
+use std::path::Path;
 
 use crate::{Outcome, process, target};
 
@@ -12,9 +14,37 @@ pub fn run(arguments: &[&str]) -> Outcome {
         ["--out", folder] => folder.into(),
         other => return Err(format!("verify: unknown arguments '{}'; it takes --out DIR", other.join(" "))),
     };
+    swarf("verify", &out, &[])
+}
+
+/// Runs a study into `target/NAME`, or the folder after `--out`; a study that was ended goes on where it was.
+///
+/// # Errors
+/// A failed build, or files that cannot be written. A run that fails is no error: it stands in the table.
+pub fn study(name: &str, arguments: &[&str]) -> Outcome {
+    let (mut out, mut rest) = (target().join(name), Vec::new());
+    if arguments.contains(&"--quick") {
+        out = target().join(format!("{name}-quick"));
+    }
+    let mut words = arguments.iter();
+    while let Some(word) = words.next() {
+        match *word {
+            "--out" => out = words.next().ok_or("--out needs a folder")?.into(),
+            other => rest.push(other),
+        }
+    }
+    swarf(name, &out, &rest)
+}
+
+/// Runs a command of `swarf` with feature `study`, its files in a folder.
+///
+/// # Errors
+/// A failed build or command.
+pub fn swarf(name: &str, out: &Path, rest: &[&str]) -> Outcome {
     let mut command = process::cargo(&["run", "--release", "--package", "swarf", "--bin", "swarf"]);
     // Linked quickly: the kernels are compiled whole in any case.
     command.args(["--features", "study", "--config", "profile.release.lto=\"off\""]);
-    command.args(["--config", "profile.release.codegen-units=16", "--", "verify", "--out"]);
-    process::run(command.arg(std::path::absolute(out).map_err(|e| e.to_string())?))
+    command.args(["--config", "profile.release.codegen-units=16", "--", name, "--out"]);
+    command.arg(std::path::absolute(out).map_err(|e| e.to_string())?).args(rest);
+    process::run(&mut command)
 }

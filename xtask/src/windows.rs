@@ -39,7 +39,7 @@ impl Windows {
                 "--windows is for Linux on x86-64; on Windows itself `cargo xtask package` does it".into()
             );
         }
-        let debian = if is_known_to_rustc()? { None } else { Some(debian_rust()?) };
+        let debian = if is_known_to_rustc(TARGET)? { None } else { Some(debian_rust()?) };
         Ok(Windows { zig, debian })
     }
 
@@ -119,10 +119,10 @@ impl<'a> Listing<'a> {
     }
 }
 
-/// Whether rustup (or a distribution) has added Rust's standard library for the target.
-fn is_known_to_rustc() -> Outcome<bool> {
+/// Whether rustup (or a distribution) has added Rust's standard library for a target.
+pub fn is_known_to_rustc(target: &str) -> Outcome<bool> {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-    let folder = process::output(Command::new(rustc).args(["--print", "target-libdir", "--target", TARGET]))?;
+    let folder = process::output(Command::new(rustc).args(["--print", "target-libdir", "--target", target]))?;
     let entries = std::fs::read_dir(folder.trim()).into_iter().flatten().flatten();
     Ok(entries.map(|entry| entry.file_name()).any(|name| name.to_string_lossy().starts_with("libstd-")))
 }

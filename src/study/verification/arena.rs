@@ -1,6 +1,6 @@
 //! Bodies of any outline and material on a grid, built without a scene.
 
-use crate::contact::{RigidTool, SurfaceContact};
+use crate::contact::{Contact, RigidTool};
 use crate::dimension::Dimension;
 use crate::grid::{FixedNodes, Layout};
 use crate::material::ConstitutiveModel;
@@ -123,7 +123,7 @@ impl Arena {
         tool: RigidTool,
         seeds: &[Seed],
         mut prepare: impl FnMut(&mut M::State, usize, usize),
-    ) -> Simulation<f64, D, F, M, SurfaceContact> {
+    ) -> Simulation<f64, D, F, M> {
         let mut blocks = vec![Block::<f64, D, M::State>::empty(); seeds.len().div_ceil(BLOCK)];
         for (number, seed) in seeds.iter().enumerate() {
             let (block, lane) = (&mut blocks[number / BLOCK], number % BLOCK);
@@ -143,12 +143,15 @@ impl Arena {
         let options = Options {
             courant: self.courant,
             instructions: InstructionSet::detect(),
+            contact: Contact::Surface,
+            depth: 1.0,
+            sticking: false,
             locking_control: self.locking_control,
             mass_scaling: None,
             window: None,
         };
         let partition = Partition::new(layout, self.fixed.clone(), blocks);
-        Simulation::new(partition, (shape, model, SurfaceContact), tool, options)
+        Simulation::new(partition, (shape, model), tool, options)
     }
 }
 

@@ -9,7 +9,9 @@ use super::Report;
 use super::arena::{Arena, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, points, total};
 use super::neo_hookean::NeoHookean;
 use super::report::{line, logarithms, panel};
+use crate::affine::Affine;
 use crate::dimension::PlaneStrain;
+use crate::material::ConstitutiveModel;
 use crate::shape::Gimp;
 use crate::simulation::{PointView, Solver};
 
@@ -50,6 +52,24 @@ pub struct Settings {
 /// # Panics
 /// When the run becomes unstable.
 pub fn run(settings: Settings) -> Outcome {
+    collide(settings, material())
+}
+
+/// The same with the affine transfer, whose points keep part of their kinetic energy as an affine field: energies are without it.
+///
+/// # Panics
+/// When the run becomes unstable.
+pub fn run_affine(settings: Settings) -> Outcome {
+    collide(settings, Affine(material()))
+}
+
+fn material() -> NeoHookean {
+    let mut model = NeoHookean::new(1e3, 0.3, 1e3);
+    model.largest_stretch = 1.3;
+    model
+}
+
+fn collide<M: ConstitutiveModel<f64, PlaneStrain>>(settings: Settings, model: M) -> Outcome {
     let Settings { per_edge, cells, courant, from, end } = settings;
     let cell = 1.0 / f64::from(cells);
     let mut arena = Arena::around([-0.1; 2], [1.1; 2], cell);
@@ -66,8 +86,6 @@ pub fn run(settings: Settings) -> Outcome {
         seeds.extend(disk);
     }
     let half = seeds.len() / 2;
-    let mut model = NeoHookean::new(1e3, 0.3, 1e3);
-    model.largest_stretch = 1.3;
     let mut disks = arena.simulation::<PlaneStrain, _, _>(
         (Gimp::new(per_edge), model),
         distant_tool(),

@@ -11,7 +11,7 @@
 use super::Report;
 use super::arena::{Arena, Seed, lattice, never_yielding, points, steel, steel_4340, total};
 use super::report::{line, panel};
-use crate::contact::RigidTool;
+use crate::contact::{Contact, RigidTool};
 use crate::dimension::PlaneStrain;
 use crate::scene::Constants;
 use crate::shape::Gimp;
@@ -49,8 +49,8 @@ pub struct Incline {
     pub grid_angle: f64,
     /// Cell length (m).
     pub cell: f64,
-    /// Whether the points themselves touch (`touching`), instead of the contact law on nodes.
-    pub points_touch: bool,
+    /// The contact law.
+    pub contact: Contact,
 }
 
 /// What a run gives.
@@ -151,7 +151,7 @@ impl Incline {
         let drive = Drive { velocity: [0.0; 2], friction: self.friction };
         let mut outcome = Outcome { exact, ..Outcome::default() };
         let mut next = 0.0;
-        solver.points_touch = self.points_touch;
+        solver.options.contact = self.contact;
         while solver.progress().clock < END {
             solver.step(&drive, false).expect("a stable step");
             let time = solver.progress().clock;
@@ -188,7 +188,7 @@ impl Incline {
             |_, _, _| {},
         );
         let drive = Drive { velocity: [0.0; 2], friction: self.friction };
-        solver.points_touch = self.points_touch;
+        solver.options.contact = self.contact;
         for _ in 0..1_000_000 {
             let gap = points(&solver)
                 .iter()
@@ -245,7 +245,8 @@ pub fn verify(report: &mut Report) {
         (Body::Disk, 0.1, "disk slides", 1.0),
         (Body::Disk, 0.6, "disk rolls", 1.0),
     ];
-    for points_touch in [true, false] {
+    for contact in [Contact::Surface, Contact::NodesInside] {
+        let points_touch = contact == Contact::Surface;
         let way_of_contact = if points_touch { "points" } else { "nodes" };
         let note = if points_touch { "" } else { HOVERS };
         // The largest figure of all grid angles.
@@ -262,7 +263,7 @@ pub fn verify(report: &mut Report) {
             grid_angle,
             // What rolls needs 16 cells along its radius: it goes as if thinner by an eighth of a cell.
             cell: if friction == 0.6 { 0.025 } else { 0.05 },
-            points_touch,
+            contact,
         };
         for (body, friction, name, bound) in cases {
             let error = worst(&|angle| {

@@ -7,6 +7,8 @@
 pub mod arena;
 pub mod bar;
 pub mod disks;
+pub mod expansion;
+pub mod heat;
 pub mod incline;
 pub mod manufactured;
 pub mod material_point;
@@ -23,7 +25,7 @@ use rayon::prelude::*;
 type Problem = (&'static str, fn(&mut Report));
 
 /// All problems, in the order of the table.
-const PROBLEMS: [Problem; 7] = [
+const PROBLEMS: [Problem; 9] = [
     ("material point", material_point::verify),
     ("manufactured solutions", manufactured::verify),
     ("vibrating bar", bar::verify),
@@ -31,6 +33,8 @@ const PROBLEMS: [Problem; 7] = [
     ("inclined plane", incline::verify),
     ("two disks", disks::verify),
     ("flat punch", punch::verify),
+    ("heat conduction", heat::verify),
+    ("thermal expansion", expansion::verify),
 ];
 
 /// Runs every problem, side by side on the threads of the current pool; calls `done` as each ends.

@@ -14,9 +14,10 @@
 use super::Report;
 use super::arena::{self, Arena, Seed, lattice, perfectly_plastic, points, steel, steel_4340, total};
 use super::report::{line, panel};
-use crate::contact::RigidTool;
+use crate::contact::{Contact, RigidTool};
 use crate::dimension::PlaneStrain;
 use crate::grid::FixedNodes;
+use crate::material::ConstitutiveModel;
 use crate::scene::Constants;
 use crate::shape::Gimp;
 use crate::simulation::{Drive, PointView, Solver};
@@ -106,6 +107,10 @@ pub struct Outcome {
     pub force: Vec<(f64, f64)>,
     /// |Σ m v − impulse of the piston| over the impulse.
     pub momentum_error: f64,
+    /// Energy that the ledger misses, and work of artificial viscosity, over the plastic work.
+    pub imbalance: f64,
+    /// See `imbalance`.
+    pub viscous_work: f64,
     /// Distance from the bar's left end at the start (m), velocity (m/s) and compressive nominal stress (Pa) over the
     /// bar's length, layer by layer.
     pub profile: Vec<[f64; 3]>,
@@ -116,6 +121,20 @@ pub struct Outcome {
 /// # Panics
 /// When the run becomes unstable.
 pub fn run(piston: Piston, points_touch: bool, cells: i32, courant: f64) -> Outcome {
+    run_with(piston, points_touch, cells, courant, |constants, _| steel(constants))
+}
+
+/// The same with a model of one's own of the constants and the cell length (m).
+///
+/// # Panics
+/// When the run becomes unstable.
+pub fn run_with<M: ConstitutiveModel<f64, PlaneStrain>>(
+    piston: Piston,
+    points_touch: bool,
+    cells: i32,
+    courant: f64,
+    model: impl Fn(&Constants, f64) -> M,
+) -> Outcome {
     const LENGTH: f64 = 0.01;
     /// Cells across the bar.
     const ACROSS: i32 = 2;
@@ -147,12 +166,16 @@ pub fn run(piston: Piston, points_touch: bool, cells: i32, courant: f64) -> Outc
         velocity: [0.0; 2],
         friction: 0.0,
     };
-    let mut bar =
-        arena.simulation::<PlaneStrain, _, _>((Gimp::new(2), steel(&constants)), tool, &seeds, |_, _, _| {});
+    let mut bar = arena.simulation::<PlaneStrain, _, _>(
+        (Gimp::new(2), model(&constants, cell)),
+        tool,
+        &seeds,
+        |_, _, _| {},
+    );
     let drive = Drive { velocity: [flight - SPEED, 0.0], friction: 0.0 };
     let end = 0.85 * LENGTH / exact.elastic_front;
     let (mut force, mut last) = (Vec::new(), (0.0, 0.0));
-    bar.points_touch = points_touch;
+    bar.options.contact = if points_touch { Contact::Surface } else { Contact::NodesInside };
     while bar.progress().clock < end {
         bar.step(&drive, false).expect("a stable step");
         let (time, impulse) = (bar.progress().clock, bar.progress().ledger.tool_impulse[0]);
@@ -167,6 +190,10 @@ pub fn run(piston: Piston, points_touch: bool, cells: i32, courant: f64) -> Outc
     let impulse = bar.progress().ledger.tool_impulse[0];
     let momentum = total(&now, |p| p.mass * (p.velocity[0] - flight));
     let profile = layers(&now, &seeds, LENGTH, count);
+    let ledger = &bar.progress().ledger;
+    let kinetic = total(&now, |p| arena::kinetic(p, [0.0; 3]));
+    let imbalance = ledger.imbalance(kinetic, total(&now, arena::elastic)) / ledger.plastic_work;
+    let viscous_work = ledger.viscous_work / ledger.plastic_work;
     let fronts = fronts(&profile, &exact);
     // The plateau is what lies between the contact's first cells and the plastic front's width.
     let depth = fronts[1];
@@ -180,6 +207,8 @@ pub fn run(piston: Piston, points_touch: bool, cells: i32, courant: f64) -> Outc
         plateau: inside.iter().sum::<f64>() / inside.len() as f64,
         fronts: fronts.map(|depth| depth / time),
         force,
+        imbalance,
+        viscous_work,
         momentum_error: ((momentum - impulse) / impulse).abs(),
         profile,
     }

@@ -9,7 +9,7 @@
 use super::Report;
 use super::arena::{self, Arena, lattice, perfectly_plastic, points, steel, steel_4340};
 use super::report::{line, panel};
-use crate::contact::RigidTool;
+use crate::contact::{Contact, RigidTool};
 use crate::dimension::PlaneStrain;
 use crate::grid::FixedNodes;
 use crate::scene::Constants;
@@ -71,7 +71,7 @@ pub fn run(cells: i32, points_touch: bool, locking_control: bool, settlement: f6
     let limit = (2.0 + PI) * YIELD_STRESS / 3_f64.sqrt();
     let end = settlement * HALF_WIDTH;
     let (mut way, mut last, mut history) = (0.0, (0.0, 0.0, 0.0), Vec::new());
-    body.points_touch = points_touch;
+    body.options.contact = if points_touch { Contact::Surface } else { Contact::NodesInside };
     while way < end {
         let time = body.progress().clock;
         // Full speed after a tenth of the way: x = v²/(2 a).

@@ -61,7 +61,7 @@ impl Finding {
 }
 
 /// A figure with three digits and its unit.
-fn with_unit(figure: f64, unit: &str) -> String {
+pub fn with_unit(figure: f64, unit: &str) -> String {
     let size = figure.abs();
     let number = if size == 0.0 || (1e-3..1e4).contains(&size) {
         let decimals = if size == 0.0 { 0 } else { (2 - size.log10().floor() as i32).max(0) as usize };

@@ -1,128 +1,37 @@
 //! The main loop: one explicit substep of the material point method on the solver's own clock.
 
+mod heating;
+
 use crate::body_force::BodyForce;
-use crate::chunk::{Chunk, ChunkSums, NodeSums, Substep, TouchedNodes};
-use crate::contact::{ContactLaw, RigidTool};
+use crate::chunk::{Chunk, ChunkSums, Substep, TouchedNodes};
+use crate::contact::{Contact, RigidTool};
+use crate::contact_nodes::Conditions;
 use crate::dimension::Dimension;
 use crate::error::Error;
+use crate::guards::{self, Bounds, MOST_RETRIES};
+use crate::heat::{HeatConduction, HeatTotals};
 use crate::inertia::MassScaling;
 use crate::ledger::Ledger;
 use crate::locking::{self, LockingControl};
-use crate::material::{ConstitutiveModel, PointReport};
+use crate::material::ConstitutiveModel;
+use crate::nodal_contact::NodalContact;
 use crate::partition::{Bulk, Partition};
+use crate::points::{BLOCK, Block};
 use crate::shape::ShapeFunction;
 use crate::simd::{InstructionSet, Real};
-use crate::touching::{self, Conditions};
-use crate::transfer::{NodeRun, TRAVEL_LIMIT};
-use crate::window::{ActiveWindow, Edges};
+pub use crate::solver::{Drive, PointView, Progress, Solver};
+use crate::sticking::Strength;
+use crate::tool_heat::ToolBody;
+use crate::touching::Touching;
+use crate::transfer::NodeRun;
+use crate::watch::{self, Watch};
+use crate::window::ActiveWindow;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Points are sorted again before any can have moved further than this along an axis (cells); together with one
-/// substep's `TRAVEL_LIMIT` it stays within the cell of margin that the grid keeps for motion.
+/// substep's `transfer::TRAVEL_LIMIT` it stays within the cell of margin that the grid keeps for motion.
 const SORT_TRAVEL: f64 = 0.5;
-
-/// Speed over that of sound beyond which a point is lost to an instability (-).
-const FASTEST: f64 = 5.0;
-
-/// What the clock, the tool and the time step need to go on, and the running totals.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Progress {
-    /// The solver's clock: time at the end of the last substep (s).
-    pub clock: f64,
-    /// Length of the last substep (s).
-    pub last_step: f64,
-    /// Substeps since the start.
-    pub substeps: u64,
-    /// Position of the tool's lowest point (m).
-    pub tool_position: [f64; 2],
-    /// Speed of the fastest point in the last substep (m/s).
-    pub fastest: f64,
-    /// Largest volume ratio in the last substep (-).
-    pub volume_ratio: f64,
-    /// Motion since the points were sorted (cells).
-    pub travel: f64,
-    /// Motion since the locking control last looked at the points (cells).
-    pub travel_uncontrolled: f64,
-    /// Distance the tool has moved while it touched the workpiece (m).
-    pub cut_length: f64,
-    /// Furthest contact along the rake face in the last substep (m).
-    pub contact_reach: f64,
-    /// Whether the tool touched the workpiece in the last substep, and ever.
-    pub touches: [bool; 2],
-    /// Where the active window stands, if there is one.
-    pub window: Option<Edges>,
-    /// Factor on the mass (-).
-    pub mass_factor: f64,
-    /// Running totals.
-    pub ledger: Ledger,
-}
-
-/// The tool's motion and friction over the next substep.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drive {
-    /// Velocity of the tool (m/s).
-    pub velocity: [f64; 2],
-    /// Coulomb coefficient (-).
-    pub friction: f64,
-}
-
-/// One point as outputs and files see it.
-#[derive(Clone, Copy, Debug)]
-pub struct PointView {
-    /// The point's number at the start.
-    pub id: u32,
-    /// Position from the workpiece's lower left corner (m).
-    pub position: [f64; 3],
-    /// Velocity (m/s).
-    pub velocity: [f64; 3],
-    /// Volume at the start (m3).
-    pub volume: f64,
-    /// Mass (kg).
-    pub mass: f64,
-    /// Its material.
-    pub report: PointReport,
-}
-
-/// A simulation whose effects, dimension and precision are chosen.
-pub trait Solver: Send {
-    /// Clock, tool and totals.
-    fn progress(&self) -> &Progress;
-
-    /// The tool.
-    fn tool(&self) -> &RigidTool;
-
-    /// One substep; `parallel` spreads it over the threads of the current pool without changing its result.
-    ///
-    /// # Errors
-    /// `Error::Unstable` when a point moved too far or a value is not finite.
-    fn step(&mut self, drive: &Drive, parallel: bool) -> Result<(), Error>;
-
-    /// Length of the substep that `step` would take with this drive (s).
-    fn time_step(&self, drive: &Drive) -> f64;
-
-    /// Shows every point to `visit`.
-    fn visit_points(&self, visit: &mut dyn FnMut(&PointView));
-
-    /// Number of points that substeps move.
-    fn points(&self) -> usize;
-
-    /// Lets the mass follow the tool's speed (m/s) before a substep, where the scene scales it.
-    fn scale_mass(&mut self, speed: f64);
-
-    /// The points and deposits as numbers.
-    fn bulk(&self) -> Bulk;
-
-    /// Takes the state that `bulk` and `progress` gave.
-    ///
-    /// # Errors
-    /// `Error::DamagedState` when it does not fit; the solver is then spoiled.
-    fn restore(&mut self, bulk: &Bulk, progress: &Progress) -> Result<(), Error>;
-
-    /// A second, independent solver in the same state.
-    fn fork(&self) -> Box<dyn Solver>;
-}
 
 /// Numbers and optional passes of a simulation.
 #[derive(Clone, Debug)]
@@ -131,6 +40,12 @@ pub struct Options {
     pub courant: f64,
     /// Instruction set of the kernels.
     pub instructions: InstructionSet,
+    /// Contact law.
+    pub contact: Contact,
+    /// How deep the plane is that points' volumes are for (m); says nothing in space.
+    pub depth: f64,
+    /// Whether the material's shear strength caps friction (`sticking`).
+    pub sticking: bool,
     /// Whether deviations of volume ratios are limited (`locking`).
     pub locking_control: bool,
     /// Mass scaling, if the scene names it.
@@ -141,40 +56,48 @@ pub struct Options {
 
 /// The simulation of one scene, monomorphised for what the scene names.
 #[derive(Clone)]
-pub struct Simulation<R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>, C> {
+pub struct Simulation<R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>> {
     /// Points, grid and deposits.
     pub partition: Partition<R, D, M::State>,
     /// Shape function.
     pub shape: F,
     /// Constitutive model.
     pub model: M,
-    /// Contact law.
-    pub contact: C,
     /// The tool.
     pub tool: RigidTool,
-    /// Whether the points themselves touch the tool (`touching`), in the place of the contact law; not to begin with.
-    pub points_touch: bool,
-    /// What they changed in this substep.
-    touched: Option<TouchedNodes>,
+    /// Contact at the points.
+    pub touching: Touching,
+    /// Contact at shared nodes, under the paper's own laws.
+    pub nodal_contact: NodalContact,
+    /// Whether contact gives its friction heat by node (`TouchedNodes::friction_heat`); not to begin with.
+    pub wants_friction_heat: bool,
     /// Gravity or another body force; none to begin with.
     pub body_force: Option<Arc<dyn BodyForce>>,
     /// Numbers and passes.
     pub options: Options,
     /// Volumetric locking control, if the scene names it.
     pub locking_control: Option<LockingControl>,
+    /// Heat conduction, if the scene names it; none to begin with.
+    conduction: Option<HeatConduction>,
+    /// The tool as a conducting body, if the scene names it; none to begin with.
+    tool_body: Option<ToolBody>,
     /// Nodes lighter than this (kg) stay at rest.
     pub lightest: f64,
     /// Clock, tool and totals.
     pub progress: Progress,
 }
 
-impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: ContactLaw>
-    Simulation<R, D, F, M, C>
-{
+impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Simulation<R, D, F, M> {
+    /// Mass of a node that is left out, over that of the lightest point (-).
+    ///
+    /// Weight falls with the square of a point's reach into a node's cell and force only with the reach: a node left
+    /// out at the square of the rounding error of a point's mass takes a rounding error of its force out of the balance.
+    const NEGLIGIBLE: f64 = if R::IS_SINGLE { 1e-14 } else { 1e-24 };
+
     /// A simulation of sorted points at rest or in motion; deposits them for the first substep.
     pub fn new(
         partition: Partition<R, D, M::State>,
-        (shape, model, contact): (F, M, C),
+        (shape, model): (F, M),
         tool: RigidTool,
         options: Options,
     ) -> Self {
@@ -187,6 +110,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
             clock: 0.0,
             last_step: 0.0,
             substeps: 0,
+            retries: 0,
             tool_position: tool.position,
             fastest: 0.0,
             volume_ratio: 1.0,
@@ -194,26 +118,29 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
             travel_uncontrolled: 0.0,
             cut_length: 0.0,
             contact_reach: 0.0,
+            contact_areas: [0.0; 2],
             touches: [false; 2],
+            way_since_touch: 0.0,
             window: None,
             mass_factor: 1.0,
             ledger: Ledger::default(),
+            heat: HeatTotals::default(),
         };
-        // Weight falls with the square of a point's reach into a node's cell and force only with the reach: a node left
-        // out at the square of the rounding error of a point's mass takes a rounding error of its force out of the balance.
-        let lightest = lightest * if R::IS_SINGLE { 1e-14 } else { 1e-24 };
+        let lightest = lightest * Self::NEGLIGIBLE;
         let locking_control = options.locking_control.then(LockingControl::default);
         let mut simulation = Simulation {
             partition,
             shape,
             model,
-            contact,
             tool,
-            points_touch: false,
-            touched: None,
+            touching: Touching::default(),
+            nodal_contact: NodalContact::default(),
+            wants_friction_heat: false,
             body_force: None,
             options,
             locking_control,
+            conduction: None,
+            tool_body: None,
             lightest,
             progress,
         };
@@ -234,6 +161,18 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
         simulation
     }
 
+    /// Lets heat flow, and contact tell where friction heats.
+    pub fn set_conduction(&mut self, conduction: HeatConduction) {
+        self.conduction = Some(conduction);
+        self.wants_friction_heat = true;
+    }
+
+    /// Lets the tool conduct heat, too.
+    pub fn set_tool_body(&mut self, body: ToolBody) {
+        self.progress.heat.tool = vec![0.0; body.cells()];
+        self.tool_body = Some(body);
+    }
+
     /// Deposits all points without moving them.
     fn deposit(&mut self) {
         self.for_each_chunk(0.0, false, |chunk, _, outgoing, common| chunk.deposit(outgoing, common));
@@ -245,21 +184,21 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
         &mut self,
         dt: f64,
         parallel: bool,
-        work: impl Fn(&mut Chunk<R, D, M::State>, &[NodeRun<R>], &mut NodeRun<R>, &Substep<'_, F, M, C>) + Sync,
+        work: impl Fn(&mut Chunk<R, D, M::State>, &[NodeRun<R>], &mut NodeRun<R>, &Substep<'_, F, M>) + Sync,
     ) {
-        let mut tool_after = self.tool.clone();
-        tool_after.advance(dt);
-        let touched = std::mem::take(&mut self.touched);
+        let touched =
+            if self.acts_on_nodes() { self.nodal_contact.touched() } else { self.touching.touched() };
+        let share_per_mass = self.shape.steepness() / self.lightest_point();
         let Partition { layout, chunks, incoming, outgoing, .. } = &mut self.partition;
         let common = Substep {
             layout,
             shape: &self.shape,
             model: &self.model,
-            contact: &self.contact,
+            contact: self.options.contact,
             tool: &self.tool,
-            tool_after: Some(&tool_after),
             lightest: self.lightest,
-            touched: touched.as_ref(),
+            share_per_mass,
+            touched,
             body_force: self.body_force.as_deref(),
             time: self.progress.clock,
             dt,
@@ -274,28 +213,92 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
                 .zip(outgoing)
                 .for_each(|(chunk, outgoing)| work(chunk, incoming, outgoing, &common));
         }
-        self.touched = touched;
     }
 
-    /// Solves the contact with the points for a substep of `dt` (s).
-    fn touch_points(&mut self, dt: f64) {
+    /// Mass of the lightest point (kg).
+    fn lightest_point(&self) -> f64 {
+        self.lightest / Self::NEGLIGIBLE
+    }
+
+    /// Contact and momentum equation on the nodes for a substep of `dt` (s), or of as many halves of it as keep the
+    /// points' motion within bounds; gives the length kept.
+    fn solve_nodes(&mut self, mut dt: f64, parallel: bool) -> Result<f64, Error> {
+        for retry in 0.. {
+            self.solve_contact(dt);
+            self.for_each_chunk(dt, parallel, |chunk, incoming, _, common| {
+                chunk.solve_nodes(incoming, common)
+            });
+            let bounds = self
+                .partition
+                .chunks
+                .iter()
+                .fold(Bounds::default(), |most, chunk| most.max(chunk.sums.bounds));
+            if bounds.hold() {
+                break;
+            }
+            if retry == MOST_RETRIES {
+                return Err(bounds.given_up(self.progress.clock, dt));
+            }
+            dt *= 0.5;
+            self.progress.retries += 1;
+        }
+        Ok(dt)
+    }
+
+    /// Looks at the energy of all points now and then.
+    fn watch_energy(&self) -> Result<(), Error> {
+        // The ledger does not know the work of a body force.
+        if !watch::is_due(self.progress.substeps) || self.body_force.is_some() {
+            return Ok(());
+        }
+        let mut watch = Watch::default();
+        self.visit_points(&mut |point| {
+            let square: f64 = point.velocity.iter().map(|v| v * v).sum();
+            watch.count(0.5 * point.mass * square, point.volume, &point.report);
+        });
+        watch.judge(self.progress.clock, &self.progress.ledger)
+    }
+
+    /// Whether the contact law is one of the paper's own.
+    fn acts_on_nodes(&self) -> bool {
+        matches!(self.options.contact, Contact::Distance | Contact::Velocity)
+    }
+
+    /// What contact changed in the last substep.
+    pub fn touched(&self) -> &TouchedNodes {
+        if self.acts_on_nodes() { self.nodal_contact.touched() } else { self.touching.touched() }
+    }
+
+    /// Solves the contact for a substep of `dt` (s), but for the law that chunks see to themselves.
+    fn solve_contact(&mut self, dt: f64) {
         let conditions = Conditions {
             tool: &self.tool,
             body_force: self.body_force.as_deref(),
             lightest: self.lightest,
+            depth: self.options.depth,
             time: [self.progress.clock, dt],
+            wants_heat: self.wants_friction_heat,
         };
-        self.touched = Some(touching::solve(&self.partition, &self.shape, &conditions));
+        match self.options.contact {
+            Contact::Surface => (),
+            Contact::NodesInside => return,
+            law @ (Contact::Distance | Contact::Velocity) => {
+                return self.nodal_contact.solve(law, &self.partition, &self.shape, &conditions);
+            }
+        }
+        // Yield in pure shear, by von Mises.
+        let strength = |state: &M::State, lane: usize| self.model.flow_stress(state, lane) / 3_f64.sqrt();
+        let strength: Option<&Strength<'_, M::State>> =
+            if self.options.sticking { Some(&strength) } else { None };
+        self.touching.solve(&self.partition, &self.shape, &conditions, strength);
     }
 
     /// Adds the chunks' sums to the totals, in the order of the chunks.
     fn collect(&mut self, dt: f64) -> Result<(), Error> {
-        let mut nodes = NodeSums::default();
+        let mut nodes = self.touched().sums;
         let (mut travel, mut volume_ratio) = (0.0_f64, 0.0_f64);
-        if let Some(changes) = &self.touched {
-            nodes = changes.sums;
-            self.progress.ledger.add(&ChunkSums { nodes, ..ChunkSums::default() });
-        }
+        let friction_before = self.progress.ledger.friction_work;
+        self.progress.ledger.add(&ChunkSums { nodes, ..ChunkSums::default() });
         for chunk in &self.partition.chunks {
             let sums: &ChunkSums = &chunk.sums;
             self.progress.ledger.add(sums);
@@ -304,41 +307,42 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
             travel = travel.max(sums.points.travel);
             volume_ratio = volume_ratio.max(sums.points.volume_ratio);
         }
+        self.note_friction_heat(friction_before);
         let ledger = &self.progress.ledger;
-        let finite = (ledger.tool_work + ledger.plastic_work + ledger.damping + volume_ratio).is_finite();
-        if travel > TRAVEL_LIMIT || !finite {
-            return Err(Error::Unstable(format!(
-                "the run became unstable at t = {:.6e} s: a point moved {travel:.3} cells in one substep of {dt:.3e} s \
-                 (at most {TRAVEL_LIMIT} is allowed); lower numerics.courant (now {}) or tool_velocity",
-                self.progress.clock, self.options.courant
-            )));
-        }
-        let fastest = travel * self.partition.layout.cell / dt;
+        let finite =
+            (ledger.tool_work + ledger.plastic_work + ledger.damage_work + ledger.damping + volume_ratio)
+                .is_finite();
+        let cell = self.partition.layout.cell;
         let sound = self.model.sound_speed(volume_ratio);
-        if fastest > FASTEST * sound {
-            // Substeps would shrink with its speed and never come to an end.
-            return Err(Error::Unstable(format!(
-                "the run became unstable at t = {:.6e} s: a point flies at {fastest:.3e} m/s, more than {FASTEST} times \
-                 the speed of sound ({sound:.3e} m/s)",
-                self.progress.clock
-            )));
-        }
+        guards::check_motion((self.progress.clock, dt), (travel, cell), sound, finite)?;
         let progress = &mut self.progress;
         progress.contact_reach = nodes.contact_reach;
-        progress.touches = [nodes.touches, nodes.touches || progress.touches[1]];
-        if nodes.touches {
-            let [x, y] = self.tool.velocity;
-            progress.cut_length += dt * x.hypot(y);
+        for (total, area) in progress.contact_areas.iter_mut().zip(nodes.contact_areas) {
+            *total += dt * area;
         }
-        progress.fastest = fastest;
+        progress.touches = [nodes.touches, nodes.touches || progress.touches[1]];
+        let [x, y] = self.tool.velocity;
+        let way = dt * x.hypot(y);
+        if nodes.touches {
+            progress.cut_length += way;
+            progress.way_since_touch = 0.0;
+        } else {
+            progress.way_since_touch += way;
+        }
+        progress.fastest = travel * cell / dt;
         progress.volume_ratio = volume_ratio;
         progress.travel += travel;
+        let moved = std::f64::consts::SQRT_2 * travel + way / cell;
+        self.touching.note_motion(moved);
+        self.nodal_contact.note_motion(moved);
         progress.travel_uncontrolled += travel;
         Ok(())
     }
 
     /// Sorts the points before any leaves the nodes of its chunk, and deposits them there anew.
     fn sort(&mut self) {
+        // Nodes get other places.
+        self.deposit_friction_heat();
         let (model, ledger) = (&self.model, &mut self.progress.ledger);
         let density = model.density();
         let true_density = density / self.progress.mass_factor;
@@ -357,6 +361,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
             ledger.retired_heat += volume * report.heat;
         });
         self.progress.travel = 0.0;
+        self.touching.note_sort();
+        self.nodal_contact.note_sort();
         self.deposit();
     }
 
@@ -372,19 +378,14 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
     }
 }
 
-impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: ContactLaw> Solver
-    for Simulation<R, D, F, M, C>
+impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Solver
+    for Simulation<R, D, F, M>
 {
     fn step(&mut self, drive: &Drive, parallel: bool) -> Result<(), Error> {
-        let dt = self.time_step(drive);
         self.tool.velocity = drive.velocity;
         self.tool.friction = drive.friction;
-        if self.points_touch {
-            self.touch_points(dt);
-        }
-        self.for_each_chunk(dt, parallel, |chunk, incoming, outgoing, common| {
-            chunk.substep(incoming, outgoing, common);
-        });
+        let dt = self.solve_nodes(self.time_step(drive), parallel)?;
+        self.for_each_chunk(dt, parallel, |chunk, _, outgoing, common| chunk.move_points(outgoing, common));
         self.partition.exchange_deposits();
         self.collect(dt)?;
         self.tool.advance(dt);
@@ -396,14 +397,15 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
             self.sort();
         }
         self.control_locking();
-        Ok(())
+        self.conduct_heat();
+        self.watch_energy()
     }
 
     /// Courant number times cell over wave speed plus speed of points and tool.
     fn time_step(&self, drive: &Drive) -> f64 {
         let [x, y] = drive.velocity;
-        let speed =
-            self.model.sound_speed(self.progress.volume_ratio) + self.progress.fastest.max(x.hypot(y));
+        let fastest = self.progress.fastest.max(x.hypot(y));
+        let speed = self.model.signal_speed(self.progress.volume_ratio, fastest) + fastest;
         self.options.courant * self.partition.layout.cell / speed
     }
 
@@ -415,8 +417,16 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
         &self.tool
     }
 
+    fn effort(&self) -> (usize, u32) {
+        if self.acts_on_nodes() { (self.nodal_contact.count(), 0) } else { self.touching.effort() }
+    }
+
     fn points(&self) -> usize {
         self.partition.points().count()
+    }
+
+    fn bytes_per_point(&self) -> usize {
+        size_of::<Block<R, D, M::State>>() / BLOCK
     }
 
     fn scale_mass(&mut self, speed: f64) {
@@ -460,14 +470,23 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>, C: 
     }
 
     fn bulk(&self) -> Bulk {
-        self.partition.bulk()
+        let mut bulk = self.partition.bulk();
+        self.touching.save(&mut bulk);
+        bulk
     }
 
     fn restore(&mut self, bulk: &Bulk, progress: &Progress) -> Result<(), Error> {
         if let (Some(window), Some(edges)) = (&self.options.window, &progress.window) {
             window.hold(&mut self.partition, edges);
         }
-        self.partition.restore(bulk)?;
+        let mut reader = bulk.reader();
+        self.partition.restore(&mut reader)?;
+        self.touching.restore(&mut reader)?;
+        self.nodal_contact.note_sort();
+        reader.finish()?;
+        if progress.heat.tool.len() != self.progress.heat.tool.len() {
+            return Err(Error::DamagedState("its tool does not fit this scene".into()));
+        }
         self.lightest *= progress.mass_factor / self.progress.mass_factor;
         if let Some(scaling) = &mut self.options.mass_scaling {
             scaling.restore(progress.mass_factor);

@@ -1,0 +1,270 @@
+//! Measurements that can be run one by one: `cargo xtask bench --row NAME`.
+//!
+//! Whole cuts take minutes: without `--full` they run with points four times as far apart, to see that they run.
+
+use crate::cuts::{Plan, compare, compare_means};
+use crate::phases::median;
+use cpu_time::ProcessTime;
+use serde_json::{Value, json};
+use std::time::Instant;
+use swarf::scene::{ContactChoice, Precision, Scene, Speed};
+use swarf::session::Session;
+
+/// One measurement.
+pub struct Named {
+    /// What `--row` takes.
+    pub name: &'static str,
+    /// What it measures.
+    pub about: &'static str,
+    /// Measures and prints; the factor on the distance of points is 1 in full.
+    pub run: fn(coarsening: f64) -> Value,
+}
+
+/// All measurements.
+pub const NAMED: [Named; 7] = [
+    Named {
+        name: "step-rate",
+        about: "the first microsecond of the reference cut: point-steps per CPU second, two threads over one",
+        run: step_rate,
+    },
+    Named {
+        name: "paper-cut",
+        about: "the paper's cut, 120,000 points, 2 mm, at each level of speed",
+        run: paper_cut,
+    },
+    Named {
+        name: "levels",
+        about: "what the levels change by friction, feed and rake, 30,000 points, 1.6 mm, means of three runs",
+        run: levels,
+    },
+    Named {
+        name: "steel-1045",
+        about: "AISI 1045 at 3.33 m/s, with and without automatic mass scaling, five shifted starts each",
+        run: steel_1045,
+    },
+    Named {
+        name: "steel-1045-levers",
+        about: "the same cut with each lever by itself, and with fixed mass scalings",
+        run: steel_1045_levers,
+    },
+    Named {
+        name: "contact-laws",
+        about: "the reference cut under each contact law, 7,500 points with three shifted starts, and 30,000; gap at first contact",
+        run: contact_laws,
+    },
+    Named {
+        name: "titanium",
+        about: "1 mm of Ti-6Al-4V at 70 m/min, 150,000 points, mass scaled automatically and by less",
+        run: titanium,
+    },
+];
+
+/// Length of the step-rate measurement (s), and how often it is repeated.
+const FIRST: f64 = 1e-6;
+const REPEATS: usize = 5;
+
+fn step_rate(coarsening: f64) -> Value {
+    let mut lines = Vec::new();
+    for (name, precision) in [("double", Precision::Double), ("single", Precision::Single)] {
+        let mut measured = [1, 2].map(|threads| {
+            let mut scene = Scene::default();
+            scene.numerics.point_spacing *= coarsening;
+            scene.numerics.precision = precision;
+            scene.numerics.threads = threads;
+            let samples = (0..REPEATS).map(|_| first_microsecond(&scene));
+            samples.collect::<Result<Vec<_>, _>>()
+        });
+        let [Ok(one), Ok(two)] = &mut measured else {
+            println!("  {name}: refused: {measured:?}");
+            lines.push(json!({"precision": name, "refused": format!("{measured:?}")}));
+            continue;
+        };
+        let mut rates: Vec<f64> = one.iter().map(|sample| sample.rate).collect();
+        let mut walls = [one, two]
+            .map(|samples| median(&mut samples.iter().map(|sample| sample.wall).collect::<Vec<_>>()));
+        let rate = median(&mut rates);
+        println!(
+            "  {name}: {:.2} million point-steps per CPU second on one thread ({:.2} to {:.2}), two threads are {:.3} \
+             times one by wall time",
+            rate / 1e6,
+            rates[0] / 1e6,
+            rates[rates.len() - 1] / 1e6,
+            walls[0] / walls[1]
+        );
+        walls.sort_by(f64::total_cmp);
+        lines.push(json!({
+            "precision": name,
+            "point_steps_per_cpu_s": rate,
+            "samples": rates,
+            "two_threads_over_one": walls[1] / walls[0],
+        }));
+    }
+    json!(lines)
+}
+
+/// One run of the first microsecond.
+#[derive(Debug)]
+struct Sample {
+    /// Point-steps per CPU second.
+    rate: f64,
+    /// Wall time (s).
+    wall: f64,
+}
+
+fn first_microsecond(scene: &Scene) -> Result<Sample, String> {
+    let mut session = Session::new(scene, 0.0).map_err(|e| e.to_string())?;
+    let (cpu, wall) = (ProcessTime::now(), Instant::now());
+    session.advance_to(FIRST, &mut |_| true).map_err(|e| e.to_string())?;
+    let (cpu, wall) = (cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64());
+    let outputs = session.outputs();
+    let point_steps = f64::from(outputs.active_points) * f64::from(outputs.substeps);
+    Ok(Sample { rate: point_steps / cpu, wall })
+}
+
+/// The paper's scene at a level.
+fn at_level(spacing: f64, speed: Speed) -> Scene {
+    let mut scene = Scene::default();
+    scene.numerics.point_spacing = spacing;
+    scene.numerics.speed = speed;
+    scene
+}
+
+fn paper_cut(coarsening: f64) -> Value {
+    let spacing = coarsening * Scene::default().numerics.point_spacing;
+    let plans = Speed::ALL.iter().map(|&(level, speed)| {
+        (level.to_string(), Plan { scene: at_level(spacing, speed), travel: 2e-3, settled: 1e-3 })
+    });
+    json!(compare(plans))
+}
+
+fn levels(coarsening: f64) -> Value {
+    let mut all = Vec::new();
+    for (friction, feed, rake) in [0.0, 0.2]
+        .into_iter()
+        .flat_map(|friction| [(friction, 3e-4), (friction, 5e-4)])
+        .flat_map(|(friction, feed)| [(friction, feed, 0.0), (friction, feed, 10_f64.to_radians())])
+    {
+        println!("friction {friction}, feed {:.1} mm, rake {:.0} degrees", feed * 1e3, rake.to_degrees());
+        let cuts = compare_means(Speed::ALL.iter().map(|&(level, speed)| {
+            let mut scene = at_level(1e-5 * coarsening, speed);
+            (scene.inputs.friction, scene.inputs.feed, scene.tool.rake_angle) = (friction, feed, rake);
+            (level.to_string(), Plan { scene, travel: 1.6e-3, settled: 1e-3 })
+        }));
+        all.push(json!({"friction": friction, "feed_m": feed, "rake_rad": rake, "levels": cuts}));
+    }
+    json!(all)
+}
+
+/// The 1045 cut with a start shifted by some fifths of a cell; 8,360 points.
+fn ordinary(coarsening: f64, fifths: i32) -> Plan {
+    let mut scene = at_level(1.58e-5 * coarsening, Speed::Balanced);
+    scene.material.name = "AISI 1045".into();
+    (scene.workpiece.length, scene.workpiece.height) = (2.4e-3, 0.875e-3);
+    scene.tool.rake_angle = 5_f64.to_radians();
+    (scene.inputs.tool_velocity, scene.inputs.feed, scene.inputs.friction) = (200.0 / 60.0, 3e-4, 0.6);
+    let cell = scene.numerics.point_spacing * f64::from(scene.numerics.points_per_cell_edge);
+    scene.tool.initial_gap += 0.2 * f64::from(fifths) * cell;
+    Plan { scene, travel: 1.2e-3, settled: 0.8e-3 }
+}
+
+fn steel_1045(coarsening: f64) -> Value {
+    json!(compare([1.0, 0.0].into_iter().flat_map(|scaling| {
+        (0..5).map(move |fifths| {
+            let mut plan = ordinary(coarsening, fifths);
+            plan.scene.numerics.mass_scaling = scaling;
+            (format!("mass_scaling {scaling}, start {fifths}/5"), plan)
+        })
+    })))
+}
+
+fn steel_1045_levers(coarsening: f64) -> Value {
+    let with = |name: &str, change: &dyn Fn(&mut Scene)| {
+        let mut plan = ordinary(coarsening, 0);
+        plan.scene.numerics.speed = Speed::Exact;
+        change(&mut plan.scene);
+        (name.to_string(), plan)
+    };
+    let scaled =
+        |factor: f64| with(&format!("exact, mass x {factor}"), &|scene| scene.numerics.mass_scaling = factor);
+    json!(compare([
+        with("exact", &|_| ()),
+        with("single precision", &|scene| scene.numerics.precision = Precision::Single),
+        with("window of 3 feeds", &|scene| scene.numerics.active_window = 3.0),
+        with("Courant number 0.25", &|scene| scene.numerics.courant = 0.25),
+        with("no rate effect", &|scene| scene.effects.rate = false),
+        with("no rate, mass x 49", &|scene| {
+            scene.effects.rate = false;
+            scene.numerics.mass_scaling = 49.0;
+        }),
+        with("Courant 0.07, mass x 49", &|scene| {
+            // Substeps as long as without scaling.
+            (scene.numerics.courant, scene.numerics.mass_scaling) = (0.5 / 7.0, 49.0);
+        }),
+        scaled(4.0),
+        scaled(12.0),
+        scaled(49.0),
+        scaled(200.0),
+    ]))
+}
+
+/// Of the published cut only material, speed, feed, friction, rake and number of points are known; the workpiece is 2 mm by
+/// 0.3 mm, its points 2 µm apart, fifty over the feed.
+fn titanium(coarsening: f64) -> Value {
+    json!(compare([("automatic", 1.0), ("a quarter of the error", 0.25)].map(|(name, share)| {
+        let mut scene = at_level(2e-6 * coarsening, Speed::Fast);
+        scene.material.name = "Ti-6Al-4V".into();
+        (scene.workpiece.length, scene.workpiece.height) = (2e-3, 3e-4);
+        scene.tool.rake_angle = 0.0;
+        (scene.inputs.tool_velocity, scene.inputs.feed, scene.inputs.friction) = (70.0 / 60.0, 1e-4, 0.35);
+        (scene.numerics.mass_scaling, scene.numerics.inertia_error) = (0.0, 0.01 * share);
+        (name.to_string(), Plan { scene, travel: 1e-3, settled: 5e-4 })
+    })))
+}
+
+fn contact_laws(coarsening: f64) -> Value {
+    let cut = |law: ContactChoice, spacing: f64, fifths: i32| {
+        let mut scene = at_level(spacing * coarsening, Speed::Exact);
+        scene.numerics.contact = law;
+        scene.tool.initial_gap += 0.4 * f64::from(fifths) * spacing * coarsening;
+        Plan { scene, travel: 1.6e-3, settled: 1e-3 }
+    };
+    let gap = |&(name, law): &(&str, ContactChoice)| {
+        let gap = first_contact(cut(law, 2e-5, 0).scene);
+        match &gap {
+            Ok(gap) => println!("  {name:<26} first contact {gap:.3} cells ahead of the workpiece"),
+            Err(text) => println!("  {name:<26} refused: {text}"),
+        }
+        json!({"law": name, "gap_in_cells": gap.ok()})
+    };
+    let gaps: Vec<Value> = ContactChoice::ALL.iter().map(gap).collect();
+    let mut cuts = Vec::new();
+    for (spacing, starts) in [(2e-5, &[0, 2, 4][..]), (1e-5, &[0][..])] {
+        let at = |law: ContactChoice, name: &str, fifths: i32| {
+            (
+                format!("{name}, {:.0} µm, start {fifths}/5", 1e6 * spacing * coarsening),
+                cut(law, spacing, fifths),
+            )
+        };
+        let laws = ContactChoice::ALL.iter();
+        let plans = laws.flat_map(|&(name, law)| starts.iter().map(move |&fifths| at(law, name, fifths)));
+        cuts.extend(compare(plans));
+    }
+    json!({"first_contact": gaps, "cuts": cuts})
+}
+
+/// Lets the tool come from four cells away, and gives the gap to the workpiece's right side at first contact (cells).
+fn first_contact(mut scene: Scene) -> Result<f64, String> {
+    let cell = scene.numerics.point_spacing * f64::from(scene.numerics.points_per_cell_edge);
+    scene.tool.initial_gap = 4.0 * cell;
+    let speed = scene.inputs.tool_velocity;
+    let mut session = Session::new(&scene, 0.0).map_err(|e| e.to_string())?;
+    // A hundredth of a cell at a time: a substep or less.
+    for step in 1..=500 {
+        let travel = 0.01 * cell * f64::from(step);
+        session.advance_to(travel / speed, &mut |_| true).map_err(|e| e.to_string())?;
+        if session.outputs().cut_length > 0.0 {
+            return Ok((scene.tool.initial_gap - travel) / cell);
+        }
+    }
+    Err("no contact".into())
+}

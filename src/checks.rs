@@ -1,0 +1,200 @@
+//! What a scene may not ask for: values that do not belong together, and what this version does not have.
+
+use crate::error::Error;
+use crate::levels;
+use crate::material::library;
+use crate::price_list;
+use crate::scene::{
+    ContactChoice, DimensionChoice, Heat, Law, Precision, Scene, SceneKind, ShapeChoice, TransferChoice,
+};
+
+/// Checks what belongs together and refuses what this version does not have; fills in a library material's constants.
+///
+/// # Errors
+/// `Error::NotAvailable`, `Error::Inconsistent` or `Error::OutOfRange`, naming the variable.
+pub fn check(scene: &Scene) -> Result<Scene, Error> {
+    refuse_missing(scene)?;
+    let mut resolved = scene.clone();
+    price_list::take_preset(&mut resolved);
+    levels::pull(&mut resolved);
+    resolved.material.constants = library::resolve(&scene.material)?;
+    // From here on what is in use counts, not what was asked for.
+    let scene = &resolved;
+    let workpiece = &scene.workpiece;
+    let cell = cell(scene);
+    let shortest = if scene.numerics.dimension == DimensionChoice::ThreeDimensional {
+        workpiece.length.min(workpiece.height).min(workpiece.width)
+    } else {
+        workpiece.length.min(workpiece.height)
+    };
+    if shortest < 4.0 * cell {
+        return Err(Error::Inconsistent(format!(
+            "numerics.point_spacing = {} m is too coarse: the workpiece is {shortest} m in its shortest direction and \
+             needs at least four cells of {} points each",
+            scene.numerics.point_spacing, scene.numerics.points_per_cell_edge
+        )));
+    }
+    let spacing = scene.numerics.point_spacing;
+    let width = if scene.numerics.dimension == DimensionChoice::ThreeDimensional {
+        workpiece.width / spacing
+    } else {
+        1.0
+    };
+    let points = workpiece.length / spacing * workpiece.height / spacing * width;
+    if points > MOST_POINTS {
+        return Err(Error::Inconsistent(format!(
+            "numerics.point_spacing = {spacing} m gives {points:.3e} points; at most {MOST_POINTS:.0e} are allowed"
+        )));
+    }
+    if scene.effects.tool_heat && scene.effects.heat != Heat::Conduction {
+        return Err(Error::Inconsistent(
+            "effects.tool_heat = true needs heat that flows: effects.heat = conduction".into(),
+        ));
+    }
+    if scene.effects.thermal_expansion && scene.effects.heat == Heat::None {
+        return Err(Error::Inconsistent(
+            "effects.thermal_expansion = true needs a temperature that changes: effects.heat = adiabatic or conduction"
+                .into(),
+        ));
+    }
+    let constants = &resolved.material.constants;
+    if scene.effects.thermal_softening && constants.melting_temperature <= constants.reference_temperature {
+        return Err(Error::Inconsistent(format!(
+            "material.melting_temperature = {} K must lie above material.reference_temperature = {} K",
+            constants.melting_temperature, constants.reference_temperature
+        )));
+    }
+    if resolved.numerics.shape_function == ShapeChoice::Linear
+        && resolved.numerics.precision == Precision::Single
+    {
+        return Err(Error::Inconsistent(
+            "numerics.shape_function = linear goes with numerics.precision = double and numerics.speed = exact only".into(),
+        ));
+    }
+    check_contact(&resolved)?;
+    check_affine(&resolved)?;
+    refuse_rare(&resolved)?;
+    check_feed(scene, scene.inputs.feed)?;
+    Ok(resolved)
+}
+
+/// Refuses what the paper's own contact laws do not go with.
+fn check_contact(scene: &Scene) -> Result<(), Error> {
+    let name = match scene.numerics.contact {
+        ContactChoice::Surface => return Ok(()),
+        ContactChoice::Distance => "distance",
+        ContactChoice::Velocity => "velocity",
+    };
+    let refuse = |text: &str| Err(Error::Inconsistent(format!("numerics.contact = {name} {text}")));
+    if scene.numerics.points_per_cell_edge != 2 {
+        return refuse(
+            "goes with numerics.points_per_cell_edge = 2 only: its tool is made of points half a cell apart, and bodies \
+             touch where their points are that close",
+        );
+    }
+    if scene.effects.sticking {
+        return refuse(
+            "goes with effects.sticking = false only: the shear strength is that of touching points, of which nodes \
+             know nothing",
+        );
+    }
+    if scene.effects.tool_heat {
+        return refuse(
+            "goes with effects.tool_heat = false only: heat flows where points touch the tool, and this law acts on nodes",
+        );
+    }
+    Ok(())
+}
+
+/// Refuses all but one combination with the affine transfer: each is a kernel more to compile.
+fn check_affine(scene: &Scene) -> Result<(), Error> {
+    let Scene { effects, numerics, .. } = scene;
+    let fits = numerics.dimension == DimensionChoice::PlaneStrain
+        && numerics.shape_function == ShapeChoice::Gimp
+        && numerics.precision == Precision::Double
+        && effects.rate
+        && effects.heat == Heat::Adiabatic
+        && effects.thermal_softening
+        && scene.material.law == Law::JohnsonCook
+        && !effects.damage
+        && !effects.artificial_viscosity;
+    if numerics.transfer == TransferChoice::Flip || fits {
+        return Ok(());
+    }
+    Err(Error::Inconsistent(
+        "numerics.transfer = apic goes with numerics.dimension = plane_strain, numerics.shape_function = gimp, \
+         numerics.precision = double (numerics.speed = exact), effects.rate = true, effects.heat = adiabatic, \
+         effects.thermal_softening = true, material.law = johnson_cook and neither effects.damage nor \
+         effects.artificial_viscosity only"
+            .into(),
+    ))
+}
+
+/// Refuses combinations of effects that no kernel is compiled for.
+fn refuse_rare(scene: &Scene) -> Result<(), Error> {
+    let Scene { effects, numerics, .. } = scene;
+    let is_tanh = scene.material.law == Law::JohnsonCookTanh;
+    let name = if is_tanh {
+        "material.law = johnson_cook_tanh"
+    } else if effects.damage {
+        "effects.damage = true"
+    } else if effects.artificial_viscosity {
+        "effects.artificial_viscosity = true"
+    } else {
+        return Ok(());
+    };
+    let refuse = |text: String| Err(Error::Inconsistent(text));
+    if numerics.shape_function == ShapeChoice::Linear {
+        return refuse(format!("{name} goes with numerics.shape_function = gimp only"));
+    }
+    if is_tanh && !effects.thermal_softening {
+        return refuse(format!("{name} softens with temperature and needs effects.thermal_softening = true"));
+    }
+    if effects.damage && effects.thermal_expansion {
+        return refuse("effects.damage = true goes with effects.thermal_expansion = false only".into());
+    }
+    if effects.artificial_viscosity && (is_tanh || effects.damage) {
+        return refuse(
+            "effects.artificial_viscosity = true goes with material.law = johnson_cook and effects.damage = false only"
+                .into(),
+        );
+    }
+    Ok(())
+}
+
+/// Most points of a scene: 3 GB; more would fill an engineer's machine before it says so.
+const MOST_POINTS: f64 = 2e7;
+
+/// Checks a feed (m) against the workpiece.
+///
+/// # Errors
+/// `Error::OutOfRange` when less than two cells would be left below the tool.
+pub fn check_feed(scene: &Scene, feed: f64) -> Result<(), Error> {
+    let max = scene.workpiece.height - 2.0 * cell(scene);
+    if (0.0..=max).contains(&feed) {
+        Ok(())
+    } else {
+        Err(Error::OutOfRange { name: "feed".into(), asked: feed, min: 0.0, max, unit: "m" })
+    }
+}
+
+/// Cell length (m).
+pub fn cell(scene: &Scene) -> f64 {
+    scene.numerics.point_spacing * f64::from(scene.numerics.points_per_cell_edge)
+}
+
+/// Refuses every value whose effect this version does not have.
+fn refuse_missing(scene: &Scene) -> Result<(), Error> {
+    let workpiece = &scene.workpiece;
+    let missing: [(bool, &str, &str, &str); 3] = [
+        (scene.kind != SceneKind::Cut, "scene", "press or taylor", "cut"),
+        (workpiece.endless, "workpiece.endless", "true", "false"),
+        (workpiece.revolution_length > 0.0, "workpiece.revolution_length", "above 0", "0"),
+    ];
+    match missing.into_iter().find(|entry| entry.0) {
+        Some((_, name, asked, allowed)) => {
+            Err(Error::NotAvailable { name: name.into(), asked: asked.into(), allowed: allowed.into() })
+        }
+        None => Ok(()),
+    }
+}

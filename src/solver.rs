@@ -1,0 +1,123 @@
+//! A simulation as the rest of the program sees it, whatever its effects, dimension and precision are.
+
+use crate::contact::RigidTool;
+use crate::error::Error;
+use crate::heat::HeatTotals;
+use crate::ledger::Ledger;
+use crate::material::PointReport;
+use crate::partition::Bulk;
+use crate::window::Edges;
+use serde::{Deserialize, Serialize};
+
+/// What the clock, the tool and the time step need to go on, and the running totals.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Progress {
+    /// The solver's clock: time at the end of the last substep (s).
+    pub clock: f64,
+    /// Length of the last substep (s).
+    pub last_step: f64,
+    /// Substeps since the start.
+    pub substeps: u64,
+    /// Substeps since the start that were solved again at half their length (`guards`).
+    pub retries: u64,
+    /// Position of the tool's lowest point (m).
+    pub tool_position: [f64; 2],
+    /// Speed of the fastest point in the last substep (m/s).
+    pub fastest: f64,
+    /// Largest volume ratio in the last substep (-).
+    pub volume_ratio: f64,
+    /// Motion since the points were sorted (cells).
+    pub travel: f64,
+    /// Motion since the locking control last looked at the points (cells).
+    pub travel_uncontrolled: f64,
+    /// Distance the tool has moved while it touched the workpiece (m).
+    pub cut_length: f64,
+    /// Furthest contact along the rake face in the last substep (m).
+    pub contact_reach: f64,
+    /// Areas of contact, and of the part that sticks, over time (m2 s); see `NodeSums::contact_areas`.
+    pub contact_areas: [f64; 2],
+    /// Whether the tool touched the workpiece in the last substep, and ever.
+    pub touches: [bool; 2],
+    /// Way of the tool since it last touched the workpiece (m).
+    pub way_since_touch: f64,
+    /// Where the active window stands, if there is one.
+    pub window: Option<Edges>,
+    /// Factor on the mass (-).
+    pub mass_factor: f64,
+    /// Running totals.
+    pub ledger: Ledger,
+    /// Conduction's clock and totals.
+    pub heat: HeatTotals,
+}
+
+/// The tool's motion and friction over the next substep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive {
+    /// Velocity of the tool (m/s).
+    pub velocity: [f64; 2],
+    /// Coulomb coefficient (-).
+    pub friction: f64,
+}
+
+/// One point as outputs and files see it.
+#[derive(Clone, Copy, Debug)]
+pub struct PointView {
+    /// The point's number at the start.
+    pub id: u32,
+    /// Position from the workpiece's lower left corner (m).
+    pub position: [f64; 3],
+    /// Velocity (m/s).
+    pub velocity: [f64; 3],
+    /// Volume at the start (m3).
+    pub volume: f64,
+    /// Mass (kg).
+    pub mass: f64,
+    /// Its material.
+    pub report: PointReport,
+}
+
+/// A simulation whose effects, dimension and precision are chosen.
+pub trait Solver: Send {
+    /// Clock, tool and totals.
+    fn progress(&self) -> &Progress;
+
+    /// The tool.
+    fn tool(&self) -> &RigidTool;
+
+    /// One substep; `parallel` spreads it over the threads of the current pool without changing its result.
+    ///
+    /// # Errors
+    /// `Error::Unstable` when one of the `guards` sees that the run has gone wrong.
+    fn step(&mut self, drive: &Drive, parallel: bool) -> Result<(), Error>;
+
+    /// Length of the substep that `step` would take with this drive (s).
+    fn time_step(&self, drive: &Drive) -> f64;
+
+    /// Shows every point to `visit`.
+    fn visit_points(&self, visit: &mut dyn FnMut(&PointView));
+
+    /// Number of points that substeps move.
+    fn points(&self) -> usize;
+
+    /// Memory of one point's state (bytes).
+    fn bytes_per_point(&self) -> usize;
+
+    /// Points (or nodes, under a law that acts on them) that touched the tool in the last substep, and sweeps that their
+    /// contact took.
+    fn effort(&self) -> (usize, u32);
+
+    /// Lets the mass follow the tool's speed (m/s) before a substep, where the scene scales it.
+    fn scale_mass(&mut self, speed: f64);
+
+    /// The points and deposits as numbers.
+    fn bulk(&self) -> Bulk;
+
+    /// Takes the state that `bulk` and `progress` gave.
+    ///
+    /// # Errors
+    /// `Error::DamagedState` when it does not fit; the solver is then spoiled.
+    fn restore(&mut self, bulk: &Bulk, progress: &Progress) -> Result<(), Error>;
+
+    /// A second, independent solver in the same state.
+    fn fork(&self) -> Box<dyn Solver>;
+}

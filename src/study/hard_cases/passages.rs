@@ -1,0 +1,136 @@
+//! The tool where a cut begins and ends: through the workpiece's end, inside material at the start, never touching it.
+//!
+//! The workpiece's left side is held (`composition`): a tool that goes on presses what is left against that wall, and no
+//! run of a chip between two rigid walls can end well. It must end in an error that says so, or with a closed ledger.
+
+use super::Setting;
+use super::sheet::Sheet;
+use super::watched::{NO_SLOPE, Watched, cut, soundness};
+use crate::contact::RigidTool;
+use crate::dimension::PlaneStrain;
+use crate::scene::Inputs;
+use crate::shape::Gimp;
+use crate::simulation::Solver;
+use crate::study::verification::arena::{
+    Arena, NO_DRIVE, elastic, kinetic, lattice, points, steel, steel_4340, total, upright_block,
+};
+
+/// Fills the sheet.
+pub fn fill(setting: &Setting, sheet: &mut Sheet) {
+    through_the_end(setting, sheet);
+    out_over_the_end(setting, sheet);
+    for depth in [0.25, 1.0, 3.0] {
+        inside_at_the_start(sheet, depth);
+    }
+    never_touching(setting, sheet);
+}
+
+/// On and on, until the tool stands in the wall.
+fn through_the_end(setting: &Setting, sheet: &mut Sheet) {
+    let mut scene = cut(setting.pick(4e-5, 2e-5));
+    scene.workpiece.length = 1e-3;
+    let mut run = Watched::new(&scene);
+    run.run(1.2e-3 / 50.0, 24);
+    let name = "driven into the held end";
+    let o = run.outputs();
+    let retries = o.retries;
+    match &run.error {
+        Some(error) => {
+            let is_named = f64::from(u8::from(error.to_string().contains("became unstable")));
+            let figure =
+                sheet.at_least(format!("{name}: ends in an error that names its cause"), is_named, "", 1.0);
+            figure.retried(retries).remarked(error.to_string());
+            // What was computed before was sound.
+            sheet.at_most(format!("{name}: ledger until then"), 100.0 * run.worst.ledger, "%", 1.0);
+            let way = 1e-3 + scene.tool.initial_gap - o.tool_position_x;
+            sheet.show(format!("{name}: length of cut until then"), 1e3 * way, "mm");
+        }
+        None => soundness(sheet, name, &run),
+    }
+}
+
+/// The tool is lifted out shortly before the held end: the cut's regular end.
+fn out_over_the_end(setting: &Setting, sheet: &mut Sheet) {
+    let mut scene = cut(setting.pick(4e-5, 2e-5));
+    scene.workpiece.length = 1e-3;
+    scene.tool.feed_rate_limit = 100.0;
+    let mut run = Watched::new(&scene);
+    run.run(12e-6, 12);
+    run.steer(Inputs { feed: 0.0, ..scene.inputs }, NO_SLOPE).run(10e-6, 10);
+    soundness(sheet, "lifted out before the held end", &run);
+}
+
+/// A block that the tool overlaps by `depth` (cells) when the run begins: contact lets it out, whatever the depth.
+fn inside_at_the_start(sheet: &mut Sheet, depth: f64) {
+    const CELL: f64 = 2e-5;
+    let size = [16.0 * CELL, 12.0 * CELL];
+    let arena =
+        Arena::around([-10.0 * CELL, -10.0 * CELL], [size[0] + 10.0 * CELL, size[1] + 10.0 * CELL], CELL);
+    let tool = RigidTool {
+        shape: upright_block(10.0 * CELL, 40.0 * CELL),
+        position: [size[0] - depth * CELL, -14.0 * CELL],
+        velocity: [0.0; 2],
+        friction: 0.2,
+    };
+    let shape = tool.shape.clone();
+    let seeds = lattice([0.0; 3], [32, 24, 1], CELL / 2.0, 2);
+    let model = steel(&steel_4340());
+    let mut block = arena.simulation::<PlaneStrain, _, _>((Gimp::new(2), model), tool, &seeds, |_, _, _| {});
+    let name = format!("starts {depth} cells inside");
+    let (mut open, mut through, mut fastest, mut error) = (0.0_f64, 0.0_f64, 0.0_f64, String::new());
+    let corner = block.tool().position;
+    for _ in 0..1500 {
+        if let Err(e) = block.step(&NO_DRIVE, false) {
+            error = e.to_string();
+            break;
+        }
+        let now = points(&block);
+        let ledger = &block.progress().ledger;
+        let [moving, strained] = [total(&now, |p| kinetic(p, [0.0; 3])), total(&now, elastic)];
+        // The tool is at rest and does no work: against the energy that contact puts into the block.
+        open = open.max(ledger.imbalance(moving, strained).abs());
+        through = through.max(moving + strained + ledger.plastic_work);
+        fastest = fastest.max(block.progress().fastest);
+    }
+    let retries = i32::try_from(block.progress().retries).unwrap_or(i32::MAX);
+    let none_if_ended = |value: f64| if error.is_empty() { value } else { f64::NAN };
+    let figure = sheet.at_most(
+        format!("{name}: ledger"),
+        none_if_ended(if through > 0.0 { 100.0 * open / through } else { 0.0 }),
+        "%",
+        1.0,
+    );
+    figure.retried(retries).remarked(error.clone());
+    let deepest = points(&block).iter().fold(f64::MIN, |most, p| {
+        let relative = [p.position[0] - corner[0], p.position[1] - corner[1]];
+        most.max(-shape.closest(relative).distance / CELL)
+    });
+    let figure =
+        sheet.at_most(format!("{name}: depth left, cells"), none_if_ended(deepest.max(0.0)), "", 0.1);
+    figure.retried(retries);
+    sheet.show(format!("{name}: fastest point"), none_if_ended(fastest), "m/s");
+}
+
+/// At rest before the workpiece, going away from it, and passing above it.
+fn never_touching(setting: &Setting, sheet: &mut Sheet) {
+    for (name, velocity, feed) in
+        [("at rest", 0.0, 3e-4), ("going away", -50.0, 3e-4), ("passing at feed 0", 50.0, 0.0)]
+    {
+        let mut scene = cut(setting.pick(4e-5, 2e-5));
+        scene.inputs = Inputs { tool_velocity: velocity, feed, ..scene.inputs };
+        let mut run = Watched::new(&scene);
+        run.run(10e-6, 10);
+        let o = run.outputs();
+        let felt = [o.cutting_force, o.thrust_force, o.tool_work, o.kinetic_energy, o.plastic_work];
+        let felt = felt.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        let figure = sheet.at_most(
+            format!("never touching, {name}: largest of forces (N) and energies (J)"),
+            run.figure(felt),
+            "",
+            0.0,
+        );
+        figure.retried(o.retries).remarked(run.remark());
+        let state = f64::from(o.chip_state);
+        sheet.at_most(format!("never touching, {name}: chip.state"), run.figure(state), "", 1.0);
+    }
+}

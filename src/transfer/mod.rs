@@ -1,0 +1,346 @@
+//! Grid to points, constitutive update and points to grid, in one pass over the points.
+//!
+//! A block of 64 points goes through four stages; what passes between them fits into the first-level cache:
+//!
+//! | stage | side by side | does |
+//! |---|---|---|
+//! | 1 weights | points | shape functions and slopes at the old positions |
+//! | 2 gather | node components | velocity, its increment and its gradient from the nodes (eqs. 16, 17) |
+//! | 3 update | points | FLIP velocity, position, stress from the model, weights at the new positions |
+//! | 4 scatter | node components | mass, momentum and internal force for the next substep (eqs. 6, 7, 11) |
+//!
+//! Sorted points share their stencil with their neighbours: it is looked up, and what they give is added to it, once for
+//! each run of a block's points with the same nearest node.
+//!
+//! Stages 2 and 4 treat one point at a time with all components of a node in one vector [vx, vy, Δvx, Δvy], because
+//! neighbouring points share nodes in no pattern that lasts. Sums over the stencil are nested: first along the
+//! pencil with that axis' three weights, then over the pencils.
+//!
+//! Stages 1 and 2 (`to_points`) and stage 4 (`to_grid`) know nothing of the material: each is a kernel of its own, called
+//! once for each block, and compiled once for all models.
+//!
+//! Where points carry an affine velocity field (`affine`), a second scratch with moments in the place of slopes goes through
+//! stages 1, 2 and 4 beside the first: its gradients are the points' moments, and what these give to the nodes.
+//!
+//! Equation numbers: Ambati et al. (2011). Stress is updated after the velocity ("stress last").
+
+mod nodes;
+mod to_grid;
+mod to_points;
+
+pub use nodes::{NodeRun, first_node};
+
+use crate::dimension::Dimension;
+use crate::grid::Layout;
+use crate::material::{ConstitutiveModel, Totals};
+use crate::points::{BLOCK, Block, Column, PointState};
+use crate::shape::ShapeFunction;
+use crate::simd::{Kernel, Mask, Real, Simd, Vector, each, inlined};
+use to_grid::{Scatter, ToGrid};
+use to_points::{ToPoints, store_moments};
+
+/// Furthest a point may move in one substep (cells); the grid's window relies on it.
+pub const TRAVEL_LIMIT: f64 = 0.4;
+
+/// What a pass over points adds up, with extremes over the points.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PassSums {
+    /// Plastic work (J).
+    pub plastic_work: f64,
+    /// Elastic energy that rising temperatures took (J).
+    pub thermoelastic: f64,
+    /// Work of separation (J).
+    pub damage_work: f64,
+    /// Work of artificial viscosity (J).
+    pub viscous_work: f64,
+    /// ½ Σ m |Δv|² of the points (J); with an affine velocity field the gain of ½ Σ m |v|².
+    pub increment_energy: f64,
+    /// ½ Σ V₀ Δτ : h (J): by how much stress power with the mean stress of the substep exceeds that with the stress
+    /// at its start, which the grid's forces are made of.
+    pub stress_lag: f64,
+    /// Largest motion along an axis (cells); beyond `TRAVEL_LIMIT` the point was held and the run must stop.
+    pub travel: f64,
+    /// Largest volume ratio det F (-).
+    pub volume_ratio: f64,
+}
+
+/// One pass over a chunk's points.
+pub struct PointsPass<'a, R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>> {
+    /// The points.
+    pub blocks: &'a mut [Block<R, D, M::State>],
+    /// Velocities and increments of the nodes around them.
+    pub nodes: &'a NodeRun<R>,
+    /// Where mass, momentum and force for the next substep go.
+    pub deposit: &'a mut NodeRun<R>,
+    /// Arrangement of the nodes.
+    pub layout: &'a Layout,
+    /// Shape function.
+    pub shape: &'a F,
+    /// Constitutive model.
+    pub model: &'a M,
+    /// Substep (s).
+    pub dt: f64,
+}
+
+/// What passes between the stages for one block.
+struct Scratch<R> {
+    /// Weights and slopes by axis and node of the stencil.
+    weights: [[Column<R>; 3]; 3],
+    slopes: [[Column<R>; 3]; 3],
+    /// Per point: velocity and increment (up to two records).
+    values: [[[R; 4]; BLOCK]; 2],
+    /// Per point and axis: derivative of the first record; later momentum and force records.
+    gradients: [[[R; 4]; BLOCK]; 3],
+    /// Per point: momentum record.
+    momentum: [[R; 4]; BLOCK],
+    /// Per point: mass times the weights along the pencil.
+    mass_weights: [[R; 4]; BLOCK],
+}
+
+impl<R: Real> Scratch<R> {
+    fn new() -> Self {
+        Scratch {
+            weights: [[[R::ZERO; BLOCK]; 3]; 3],
+            slopes: [[[R::ZERO; BLOCK]; 3]; 3],
+            values: [[[R::ZERO; 4]; BLOCK]; 2],
+            gradients: [[[R::ZERO; 4]; BLOCK]; 3],
+            momentum: [[R::ZERO; 4]; BLOCK],
+            mass_weights: [[R::ZERO; 4]; BLOCK],
+        }
+    }
+}
+
+/// The substep in the forms the stages need.
+struct Rates<R> {
+    /// Δt (s).
+    dt: R,
+    /// Δt over the cell length (s/m).
+    per_cell: R,
+    /// One over the cell length (1/m).
+    inverse_cell: R,
+    /// Density at the start (kg/m3).
+    density: R,
+}
+
+impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Kernel<R>
+    for PointsPass<'_, R, D, F, M>
+{
+    type Output = PassSums;
+
+    #[inline(always)]
+    fn run<S: Simd<Scalar = R>>(self) -> PassSums {
+        let PointsPass { blocks, nodes, deposit, layout, shape, model, dt } = self;
+        let rates = Rates {
+            dt: R::from_f64(dt),
+            per_cell: R::from_f64(dt / layout.cell),
+            inverse_cell: R::from_f64(1.0 / layout.cell),
+            density: R::from_f64(model.density()),
+        };
+        let mut scratch = Scratch::<R>::new();
+        let mut affine = if M::State::IS_AFFINE { Some(Scratch::<R>::new()) } else { None };
+        let mut sums = LaneSums::<S::Lanes>::zero();
+        deposit.clear();
+        for block in blocks {
+            let (node, offset) = (&block.node, &block.offset);
+            let scratch = &mut scratch;
+            S::apart(ToPoints::<R, D, F, false> { shape, nodes, layout, node, offset, scratch });
+            if M::State::IS_AFFINE
+                && let Some(scratch) = &mut affine
+            {
+                S::apart(ToPoints::<R, D, F, true> { shape, nodes, layout, node, offset, scratch });
+            }
+            for lane in (0..BLOCK).step_by(S::Lanes::LANES) {
+                update::<S, D, M>(model, &rates, block, lane, scratch, &mut sums);
+                if M::State::IS_AFFINE
+                    && rates.dt > R::ZERO
+                    && let Some(affine) = &affine
+                {
+                    keep_moments::<S, D, _>(block, lane, affine);
+                }
+            }
+            let Block { node, offset, velocity, volume, .. } = &*block;
+            let density = rates.density;
+            S::apart(ToGrid::<R, D, F> {
+                shape,
+                layout,
+                density,
+                node,
+                offset,
+                velocity,
+                volume,
+                scratch,
+                deposit,
+            });
+            if M::State::IS_AFFINE
+                && let Some(affine) = &mut affine
+            {
+                for lane in (0..BLOCK).step_by(S::Lanes::LANES) {
+                    prepare_moments::<S, D, F, _>(shape, density, block, lane, affine);
+                }
+                S::apart(Scatter::<R, D> { layout, node: &block.node, scratch: affine, deposit });
+            }
+        }
+        PassSums {
+            plastic_work: sums.model.plastic_work.sum().to_f64(),
+            thermoelastic: sums.model.thermoelastic.sum().to_f64(),
+            damage_work: sums.model.damage_work.sum().to_f64(),
+            viscous_work: sums.model.viscous_work.sum().to_f64(),
+            increment_energy: 0.5 * sums.increment_energy.sum().to_f64(),
+            stress_lag: 0.5 * sums.stress_lag.sum().to_f64(),
+            travel: sums.travel.max_lane().to_f64(),
+            volume_ratio: sums.model.volume_ratio.max_lane().to_f64(),
+        }
+    }
+}
+
+/// `PassSums` while they are still side by side.
+struct LaneSums<V> {
+    model: Totals<V>,
+    increment_energy: V,
+    stress_lag: V,
+    travel: V,
+}
+
+impl<V: Vector> LaneSums<V> {
+    #[inline(always)]
+    fn zero() -> Self {
+        let zero = V::constant(0.0);
+        LaneSums { model: Totals::zero(), increment_energy: zero, stress_lag: zero, travel: zero }
+    }
+}
+
+/// Stage 3: FLIP, motion and stress of points `lane..`, and what they give to the grid.
+#[inline(always)]
+fn update<S: Simd, D: Dimension, M: ConstitutiveModel<S::Scalar, D>>(
+    model: &M,
+    rates: &Rates<S::Scalar>,
+    block: &mut Block<S::Scalar, D, M::State>,
+    lane: usize,
+    scratch: &mut Scratch<S::Scalar>,
+    sums: &mut LaneSums<S::Lanes>,
+) {
+    let zero = S::Lanes::constant(0.0);
+    let first = S::load_transposed(&scratch.values[0].as_flattened()[4 * lane..]);
+    let second = if D::QUADS == 1 {
+        [first[2], first[3], zero, zero]
+    } else {
+        S::load_transposed(&scratch.values[1].as_flattened()[4 * lane..])
+    };
+    let volume = S::Lanes::load(&block.volume[lane..]);
+    let mass = volume * S::Lanes::constant(model.density());
+
+    // Eq. 17, and the energy of the increments for the ledger. With an affine field the grid's velocity is the point's, and
+    // the ledger takes what that gains; without time nothing changes.
+    let mut square = zero;
+    for axis in 0..D::AXES {
+        let old = S::Lanes::load(&block.velocity[axis][lane..]);
+        if M::State::IS_AFFINE && rates.dt > S::Scalar::ZERO {
+            first[axis].store(&mut block.velocity[axis][lane..]);
+            square += (first[axis] - old) * (first[axis] + old);
+        } else {
+            (old + second[axis]).store(&mut block.velocity[axis][lane..]);
+            square = second[axis].mul_add(second[axis], square);
+        }
+    }
+    sums.increment_energy = mass.mul_add(square, sums.increment_energy);
+
+    // Eq. 16. A point that would leave the window of its nodes stays where it is, and the run stops with an error.
+    let limit = S::Lanes::constant(TRAVEL_LIMIT);
+    let per_cell = S::Lanes::splat(rates.per_cell);
+    for axis in 0..D::AXES {
+        let travel = per_cell * first[axis];
+        sums.travel = sums.travel.max(travel.abs());
+        let travel = S::Lanes::select(travel.abs().le(limit), travel, zero);
+        let moved = S::Lanes::load(&block.offset[axis][lane..]) + travel;
+        let shift = moved.round();
+        if (shift.abs().gt(zero)).any() {
+            move_node(&mut block.node[axis], lane, shift);
+        }
+        (moved - shift).store(&mut block.offset[axis][lane..]);
+    }
+
+    let mut h = D::matrix(|_, _| zero);
+    for column in 0..D::AXES {
+        let slope = S::load_transposed(&scratch.gradients[column].as_flattened()[4 * lane..]);
+        for row in 0..D::AXES {
+            h[row][column] = slope[row] * per_cell;
+        }
+    }
+    let before = model.stress::<S::Lanes>(&block.state, lane);
+    // Without time nothing yields, not even stress that the rate effect holds above the flow stress at rest.
+    let stress = if rates.dt > S::Scalar::ZERO {
+        model.update(&mut block.state, lane, &h, rates.dt, volume, &mut sums.model)
+    } else {
+        before
+    };
+    let mut lag = zero;
+    for row in 0..D::AXES {
+        for column in 0..D::AXES {
+            let change = D::component(&stress, row, column) - D::component(&before, row, column);
+            lag = change.mul_add(h[row][column], lag);
+        }
+    }
+    sums.stress_lag = volume.mul_add(lag, sums.stress_lag);
+
+    let strength = -(volume * S::Lanes::splat(rates.inverse_cell));
+    for column in 0..D::AXES {
+        // In the plane force follows momentum in the same record.
+        let shift = if D::QUADS == 1 { 2 } else { 0 };
+        let force: [S::Lanes; 4] = each!(k < 4 => {
+            if k >= shift && k - shift < D::AXES {
+                strength * D::component(&stress, k - shift, column)
+            } else {
+                zero
+            }
+        });
+        S::store_transposed(force, &mut scratch.gradients[column].as_flattened_mut()[4 * lane..]);
+    }
+}
+
+/// Moves the nearest node of points `lane..` by whole cells.
+#[inline(always)]
+fn move_node<V: Vector>(node: &mut Column<i32>, lane: usize, shift: V) {
+    let mut cells = [0_i32; 16];
+    shift.store_i32(&mut cells);
+    for (index, cells) in node[lane..lane + V::LANES].iter_mut().zip(cells) {
+        *index += cells;
+    }
+}
+
+/// End of stage 2 for the affine field: the gathered moments of velocity become the points'.
+#[inline(always)]
+fn keep_moments<S: Simd, D: Dimension, T: PointState<S::Scalar>>(
+    block: &mut Block<S::Scalar, D, T>,
+    lane: usize,
+    affine: &Scratch<S::Scalar>,
+) {
+    for column in 0..D::AXES {
+        let moments = S::load_transposed(&affine.gradients[column].as_flattened()[4 * lane..]);
+        for row in 0..D::AXES {
+            moments[row].store(&mut block.state.moments_mut()[D::AXES * row + column][lane..]);
+        }
+    }
+}
+
+/// End of stage 3 for the affine field: what the points' moments add to the momentum of the nodes around their new positions.
+#[inline(always)]
+fn prepare_moments<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, T: PointState<S::Scalar>>(
+    shape: &F,
+    density: S::Scalar,
+    block: &Block<S::Scalar, D, T>,
+    lane: usize,
+    affine: &mut Scratch<S::Scalar>,
+) {
+    let zero = S::Lanes::constant(0.0);
+    let offset = inlined!(D::vector, |axis| S::Lanes::load(&block.offset[axis][lane..]));
+    store_moments::<S, D, F>(shape, &offset, lane, affine, true);
+    let mass = S::Lanes::load(&block.volume[lane..]) * S::Lanes::splat(density);
+    for column in 0..D::AXES {
+        let momentum: [S::Lanes; 4] = each!(row < 4 => if row < D::AXES {
+            mass * S::Lanes::load(&block.state.moments()[D::AXES * row + column][lane..])
+        } else {
+            zero
+        });
+        S::store_transposed(momentum, &mut affine.gradients[column].as_flattened_mut()[4 * lane..]);
+    }
+}
