@@ -15,7 +15,8 @@
 
 use crate::dimension::Dimension;
 use crate::grid::Layout;
-use crate::heat::{HeatTotals, NodeHeat, Stencils, warm};
+use crate::heat::{HeatTotals, NodeHeat, warm};
+use crate::heat_nodes::Stencils;
 use crate::locking::for_each_node;
 use crate::material::ConstitutiveModel;
 use crate::partition::Partition;

@@ -4,6 +4,7 @@
 
 pub mod error;
 pub mod simd;
+pub mod bulk;
 pub mod dimension;
 pub mod shape;
 pub mod scene;
@@ -29,6 +30,7 @@ pub mod touching;
 pub mod rigid_points;
 pub mod nodal_contact;
 pub mod locking;
+pub mod heat_nodes;
 pub mod heat;
 pub mod heat_sources;
 pub mod tool_heat;
@@ -50,6 +52,7 @@ pub mod plot;
 pub mod parallel;
 #[cfg(feature = "study")]
 pub mod study;
+mod course;
 pub mod session;
 pub mod variables;
 pub mod fmi;

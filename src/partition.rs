@@ -11,6 +11,7 @@
 //! Sorted points go to a second set of blocks, which then changes places with the first: after the first sorts no
 //! memory is asked for.
 
+use crate::bulk::{Bulk, BulkReader};
 use crate::chunk::Chunk;
 use crate::dimension::Dimension;
 use crate::error::Error;
@@ -18,106 +19,10 @@ use crate::grid::{FixedNodes, Layout, PencilRanges};
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::Real;
 use crate::transfer::NodeRun;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Points per chunk below which a chunk is not worth its overlap, and most chunks of a scene.
 const POINTS_PER_CHUNK: usize = 2048;
 const MOST_CHUNKS: usize = 16;
-
-/// The bulk of a solver's state: numbers in a fixed order, little endian, without marks between them.
-///
-/// Raw bytes, as a self-describing form costs several times as much as the copy itself and masters with rollback save
-/// at every step.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Bulk(Vec<u8>);
-
-impl Bulk {
-    /// Reads the numbers from the first on.
-    pub fn reader(&self) -> BulkReader<'_> {
-        BulkReader(&self.0)
-    }
-
-    /// Appends numbers, each as its bytes.
-    pub fn put<const N: usize>(&mut self, numbers: impl Iterator<Item = [u8; N]>) {
-        numbers.for_each(|number| self.0.extend_from_slice(&number));
-    }
-
-    /// Appends floating-point numbers; single precision is kept exactly by double.
-    pub fn put_reals<'a, R: Real>(&mut self, values: impl IntoIterator<Item = &'a R>) {
-        self.put(values.into_iter().map(|value| value.to_f64().to_le_bytes()));
-    }
-
-    /// Appends counts.
-    pub fn put_counts(&mut self, counts: impl IntoIterator<Item = usize>) {
-        self.put(counts.into_iter().map(|count| (count as u64).to_le_bytes()));
-    }
-}
-
-impl Serialize for Bulk {
-    fn serialize<W: Serializer>(&self, writer: W) -> Result<W::Ok, W::Error> {
-        writer.serialize_bytes(&self.0)
-    }
-}
-
-impl<'de> Deserialize<'de> for Bulk {
-    fn deserialize<W: Deserializer<'de>>(reader: W) -> Result<Self, W::Error> {
-        // Borrowed first: as a sequence every byte would be read by itself.
-        <&[u8]>::deserialize(reader).map(|bytes| Bulk(bytes.to_vec()))
-    }
-}
-
-/// Reads what `Bulk` holds, from its front.
-pub struct BulkReader<'a>(&'a [u8]);
-
-impl BulkReader<'_> {
-    fn damaged() -> Error {
-        Error::DamagedState("its points do not fit this scene".into())
-    }
-
-    /// The next number's bytes.
-    ///
-    /// # Errors
-    /// `Error::DamagedState` when there are none left, as for the other functions.
-    pub fn take<const N: usize>(&mut self) -> Result<[u8; N], Error> {
-        let (number, rest) = self.0.split_first_chunk().ok_or_else(Self::damaged)?;
-        self.0 = rest;
-        Ok(*number)
-    }
-
-    /// The next floating-point number.
-    ///
-    /// # Errors
-    /// As `take`.
-    pub fn real<R: Real>(&mut self) -> Result<R, Error> {
-        self.take().map(f64::from_le_bytes).map(R::from_f64)
-    }
-
-    /// The next count.
-    ///
-    /// # Errors
-    /// As `take`.
-    pub fn count(&mut self) -> Result<usize, Error> {
-        usize::try_from(u64::from_le_bytes(self.take()?)).map_err(|_| Self::damaged())
-    }
-
-    /// The next count of things that take at least `bytes` each: one that cannot be there is damage, not a reason to ask
-    /// for memory.
-    ///
-    /// # Errors
-    /// As `take`.
-    pub fn count_of(&mut self, bytes: usize) -> Result<usize, Error> {
-        self.count()
-            .and_then(|count| if count <= self.0.len() / bytes { Ok(count) } else { Err(Self::damaged()) })
-    }
-
-    /// Makes sure that nothing is left.
-    ///
-    /// # Errors
-    /// `Error::DamagedState` when something is.
-    pub fn finish(self) -> Result<(), Error> {
-        if self.0.is_empty() { Ok(()) } else { Err(Self::damaged()) }
-    }
-}
 
 /// The points, their chunks, and the two sets of deposits between which a substep goes to and fro.
 #[derive(Clone)]
@@ -349,7 +254,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         let all = count + self.frozen.len();
         let deposits: usize = self.incoming.iter().map(|run| size_of_val(run.records.as_slice())).sum();
         // Deposits of single precision take twice their size; the rest is exact enough to spare most reallocations.
-        let mut bulk = Bulk(Vec::with_capacity(all * Self::bytes_per_block() + 2 * deposits + (1 << 16)));
+        let mut bulk = Bulk::with_capacity(all * Self::bytes_per_block() + 2 * deposits + (1 << 16));
         bulk.put_counts([count, self.frozen.len()]);
         for block in self.chunks.iter().flat_map(|chunk| &chunk.blocks).chain(&self.frozen) {
             for k in 0..Block::<R, D, S>::columns() {
@@ -383,7 +288,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         let damaged = BulkReader::damaged;
         let (count, frozen) = (reader.count()?, reader.count()?);
         // Checked before memory is asked for.
-        let most = reader.0.len() / Self::bytes_per_block();
+        let most = reader.left() / Self::bytes_per_block();
         if count > most || frozen > most - count {
             return Err(damaged());
         }

@@ -1,11 +1,11 @@
 //! A simulation as the rest of the program sees it, whatever its effects, dimension and precision are.
 
+use crate::bulk::Bulk;
 use crate::contact::RigidTool;
 use crate::error::Error;
 use crate::heat::HeatTotals;
 use crate::ledger::Ledger;
 use crate::material::PointReport;
-use crate::partition::Bulk;
 use crate::window::Edges;
 use serde::{Deserialize, Serialize};
 

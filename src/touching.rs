@@ -20,12 +20,13 @@
 //! sorted or may have come from further away than `REACH`; the list only saves looking at the others. The pass runs on
 //! one thread: its result does not depend on how many there are.
 
+use crate::bulk::{Bulk, BulkReader};
 use crate::chunk::{NodeSums, TouchedNodes};
 use crate::contact_nodes::{Conditions, NodeStart, assemble, closest, for_each_weight, from_tool};
 use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::impulses::{Node, Reached, Touch, sweep, warm_start};
-use crate::partition::{Bulk, BulkReader, Partition};
+use crate::partition::Partition;
 use crate::points::{BLOCK, Block, PointState};
 use crate::shape::ShapeFunction;
 use crate::simd::Real;

@@ -8,11 +8,12 @@ use super::description::guid;
 use super::logging::{Categories, Category, Log, Status};
 use super::progress::{Progress, advance_and_tell, summary};
 use super::refusal::Refusal;
-use super::saved::{Header, Model, NO_SLOPES};
+use super::saved::{Model, NO_SLOPES};
 use super::states::Saved;
+use super::steps::{check_sloped_inputs, check_step};
 use crate::checks;
 use crate::estimate::Estimate;
-use crate::scene::{Inputs, Scene};
+use crate::scene::Scene;
 use crate::session::{Advance, Session};
 use crate::variables;
 use std::collections::HashMap;
@@ -23,9 +24,6 @@ use std::time::Instant;
 
 /// A status, or why the call was refused.
 pub type Reply = Result<Status, Refusal>;
-
-/// Steps and stop times may differ from the instance's own clock by this share, as masters add up rounded steps (-).
-const TIME_TOLERANCE: f64 = 1e-9;
 
 /// Duration of the default experiment (s), for which the cost is estimated when the importer fixes no end.
 const USUAL_DURATION: f64 = 4e-5;
@@ -361,52 +359,6 @@ impl Instance {
     }
 }
 
-/// The time a step leads to (s), if it starts at the instance's clock, goes forward and ends before the stop time.
-fn check_step(header: &Header, time: f64, step: f64) -> Result<f64, Refusal> {
-    let now = header.time;
-    let refuse = |text: String| Err(Refusal::BadArgument(format!("{text}; the instance stays at {now:e} s")));
-    if !(time.is_finite() && step.is_finite()) {
-        return refuse(format!("a step from {time} s by {step} s is not finite"));
-    }
-    if step <= 0.0 {
-        return refuse(format!("a step of {step:e} s does not go forward"));
-    }
-    // Never more than a small part of the step, however late it is.
-    let tolerance = (TIME_TOLERANCE * now.abs().max(step)).min(0.01 * step);
-    if (time - now).abs() > tolerance.max(4.0 * f64::EPSILON * now.abs()) {
-        return refuse(format!("a step from {time:e} s does not start at the last communication point"));
-    }
-    let target = time + step;
-    if !(target.is_finite() && target > now) {
-        return refuse(format!("a step of {step:e} s is too short to move a clock at {now:e} s"));
-    }
-    match header.stop {
-        Some(stop) if target - stop > TIME_TOLERANCE * stop.abs().max(step) => {
-            refuse(format!("a step to {target:e} s passes the stop time {stop:e} s"))
-        }
-        _ => Ok(target),
-    }
-}
-
-/// Inputs that slope out of their range within the step would break the solver's assumptions in the middle of it.
-fn check_sloped_inputs(header: &Header, session: &Session, target: f64) -> Result<(), Refusal> {
-    let span = target - header.time;
-    let (values, slopes) = (header.scene.inputs, header.slopes);
-    let ends = [
-        ("tool_velocity", values.tool_velocity + slopes.tool_velocity * span),
-        ("feed", values.feed + slopes.feed * span),
-        ("friction", values.friction + slopes.friction * span),
-    ];
-    for (name, value) in ends {
-        if let Some(variables::Kind::Real(real)) = variables::by_name(name).map(|variable| &variable.kind) {
-            real.check(&format!("{name} (value and slope at the end of the step)"), value)?;
-        }
-    }
-    // The deepest feed of the step is at one of its ends.
-    let deepest = Inputs { feed: values.feed.max(ends[1].1), ..values };
-    Ok(session.check_inputs(&deepest)?)
-}
-
 /// Names and values in use, with units, of a scene whose library material is filled in.
 fn in_use(scene: &Scene) -> Vec<(String, String)> {
     let values = variables::values_in_use(scene).into_iter();
@@ -431,10 +383,6 @@ pub(super) fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
 mod tests {
     use super::*;
     use std::sync::{Arc, Mutex};
-
-    fn header(time: f64, stop: Option<f64>) -> Header {
-        Header { time, stop, ..Model::default().header }
-    }
 
     /// A log that others can look into.
     struct Heard(Arc<Mutex<Vec<String>>>);
@@ -472,34 +420,5 @@ mod tests {
         // An unknown name switches nothing, not even the known one beside it.
         assert!(instance.set_debug_logging(true, &["solver", "gossip"]).is_err());
         assert!(spoken(&instance).is_empty());
-    }
-
-    /// Masters that add up steps or multiply them both pass; a gap of a hundredth of a step does not.
-    #[test]
-    fn steps_must_start_at_the_clock_within_rounding() {
-        let (mut sum, step) = (0.0, 1e-6);
-        for index in 0..1000 {
-            let product = f64::from(index) * step;
-            assert!(check_step(&header(sum, None), product, step).is_ok(), "{product} against {sum}");
-            sum += step;
-        }
-        assert!(check_step(&header(1e-5, None), 1.01e-5, step).is_err());
-        assert!(check_step(&header(1e-5, None), 0.0, step).is_err());
-        assert!(check_step(&header(1e6, None), 1e6, 1e-3).is_ok());
-        assert!(check_step(&header(1e6, None), 1e6 + 1e-3, 1e-3).is_err());
-    }
-
-    /// Wrong lengths, and steps that floating point cannot make.
-    #[test]
-    fn steps_must_go_forward_and_end_before_the_stop_time() {
-        for step in [0.0, -1e-6, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            assert!(check_step(&header(0.0, None), 0.0, step).is_err(), "{step}");
-        }
-        assert!(check_step(&header(0.0, None), f64::NAN, 1e-6).is_err());
-        assert!(check_step(&header(1.0, None), 1.0, 1e-20).is_err());
-        assert!(check_step(&header(f64::MAX, None), f64::MAX, f64::MAX).is_err());
-        assert!(check_step(&header(3.9e-5, Some(4e-5)), 3.9e-5, 1e-6).is_ok());
-        let refusal = check_step(&header(3.95e-5, Some(4e-5)), 3.95e-5, 1e-6).unwrap_err();
-        assert!(refusal.to_string().contains("passes the stop time 4e-5 s"), "{refusal}");
     }
 }

@@ -10,4 +10,5 @@ pub mod refusal;
 pub mod resources;
 pub mod saved;
 mod states;
+mod steps;
 mod values;

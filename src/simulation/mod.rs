@@ -1,8 +1,12 @@
 //! The main loop: one explicit substep of the material point method on the solver's own clock.
 
 mod heating;
+mod options;
+
+pub use options::Options;
 
 use crate::body_force::BodyForce;
+use crate::bulk::Bulk;
 use crate::chunk::{Chunk, ChunkSums, Substep, TouchedNodes};
 use crate::contact::{Contact, RigidTool};
 use crate::contact_nodes::Conditions;
@@ -10,49 +14,26 @@ use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::guards::{self, Bounds, MOST_RETRIES};
 use crate::heat::{HeatConduction, HeatTotals};
-use crate::inertia::MassScaling;
 use crate::ledger::Ledger;
 use crate::locking::{self, LockingControl};
 use crate::material::ConstitutiveModel;
 use crate::nodal_contact::NodalContact;
-use crate::partition::{Bulk, Partition};
+use crate::partition::Partition;
 use crate::points::{BLOCK, Block};
 use crate::shape::ShapeFunction;
-use crate::simd::{InstructionSet, Real};
+use crate::simd::Real;
 pub use crate::solver::{Drive, PointView, Progress, Solver};
 use crate::sticking::Strength;
 use crate::tool_heat::ToolBody;
 use crate::touching::Touching;
 use crate::transfer::NodeRun;
 use crate::watch::{self, Watch};
-use crate::window::ActiveWindow;
 use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Points are sorted again before any can have moved further than this along an axis (cells); together with one
 /// substep's `transfer::TRAVEL_LIMIT` it stays within the cell of margin that the grid keeps for motion.
 const SORT_TRAVEL: f64 = 0.5;
-
-/// Numbers and optional passes of a simulation.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// Courant number (-).
-    pub courant: f64,
-    /// Instruction set of the kernels.
-    pub instructions: InstructionSet,
-    /// Contact law.
-    pub contact: Contact,
-    /// How deep the plane is that points' volumes are for (m); says nothing in space.
-    pub depth: f64,
-    /// Whether the material's shear strength caps friction (`sticking`).
-    pub sticking: bool,
-    /// Whether deviations of volume ratios are limited (`locking`).
-    pub locking_control: bool,
-    /// Mass scaling, if the scene names it.
-    pub mass_scaling: Option<MassScaling>,
-    /// Active window, if the scene names it.
-    pub window: Option<ActiveWindow>,
-}
 
 /// The simulation of one scene, monomorphised for what the scene names.
 #[derive(Clone)]

@@ -1,0 +1,27 @@
+//! What a simulation is told beside its scene's bodies: numbers, and which optional passes run.
+
+use crate::contact::Contact;
+use crate::inertia::MassScaling;
+use crate::simd::InstructionSet;
+use crate::window::ActiveWindow;
+
+/// Numbers and optional passes of a simulation.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Courant number (-).
+    pub courant: f64,
+    /// Instruction set of the kernels.
+    pub instructions: InstructionSet,
+    /// Contact law.
+    pub contact: Contact,
+    /// How deep the plane is that points' volumes are for (m); says nothing in space.
+    pub depth: f64,
+    /// Whether the material's shear strength caps friction (`sticking`).
+    pub sticking: bool,
+    /// Whether deviations of volume ratios are limited (`locking`).
+    pub locking_control: bool,
+    /// Mass scaling, if the scene names it.
+    pub mass_scaling: Option<MassScaling>,
+    /// Active window, if the scene names it.
+    pub window: Option<ActiveWindow>,
+}
