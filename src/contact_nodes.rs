@@ -26,6 +26,8 @@ pub struct Conditions<'a> {
     pub time: [f64; 2],
     /// Whether friction heat is wanted by node.
     pub wants_heat: bool,
+    /// Instruction set of the kernels.
+    pub instructions: InstructionSet,
 }
 
 /// A node that contact may push, beside what the sweeps need of it.
@@ -85,7 +87,7 @@ pub(crate) fn assemble<R: Real, D: Dimension, S: PointState<R>>(
                 if D::QUADS == 1 { records[0].0[2 + axis].to_f64() } else { records[1].0[axis].to_f64() };
         }
     }
-    let mut node = Node { velocity: [0.0; 3], inverse_mass: [0.0; 3] };
+    let mut node = Node::default();
     let mut start = NodeStart { index, free: [0.0; 3], old: [0.0; 3], is_there: mass > conditions.lightest };
     if !start.is_there {
         return (node, start);
@@ -104,7 +106,7 @@ pub(crate) fn assemble<R: Real, D: Dimension, S: PointState<R>>(
             node.inverse_mass[axis] = 1.0 / mass;
         }
     }
-    start.free = node.velocity;
+    start.free.copy_from_slice(&node.velocity[..3]);
     (node, start)
 }
 

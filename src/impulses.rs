@@ -8,6 +8,7 @@
 //! Source: Moreau (1999) and Jean (1999), Computer Methods in Applied Mechanics and Engineering 177.
 
 use crate::dimension::Dimension;
+use crate::simd::{Kernel, Simd, Vector};
 
 /// Most sweeps of a substep, there and back counted as two.
 const MOST_SWEEPS: u32 = 400;
@@ -15,13 +16,13 @@ const MOST_SWEEPS: u32 = 400;
 /// good in the next substep, which starts from here (figures in docs/contact.md).
 const TOLERANCE: f64 = 1e-5;
 
-/// A node that a touching point reaches, as the sweeps need it.
-#[derive(Clone, Copy, Debug)]
+/// A node that a touching point reaches, as the sweeps need it; the fourth entries are zero.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Node {
     /// Velocity (m/s).
-    pub velocity: [f64; 3],
+    pub velocity: [f64; 4],
     /// One over the mass (1/kg), 0 along fixed axes.
-    pub inverse_mass: [f64; 3],
+    pub inverse_mass: [f64; 4],
 }
 
 /// Place of a node in the list, and a point's weight there.
@@ -58,43 +59,91 @@ pub struct Touch {
     pub friction: f64,
 }
 
-/// Sweeps over the touching points until their velocities settle; returns how many it took.
-///
-/// * `reached`, `nodes`: what the points' `first`, `end` and `place` refer to
-/// * `tool`: velocity (m/s)
-/// * `prepare`: called before each sweep
-pub fn sweep<D: Dimension>(
-    touches: &mut [Touch],
+/// Sweeps over the touching points until their velocities settle; a kernel, as a deep tool has thousands of them.
+pub struct Sweep<'a> {
+    /// The points.
+    pub touches: &'a mut [Touch],
+    /// What their `first` and `end` refer to.
+    pub reached: &'a [Reached],
+    /// What `place` refers to.
+    pub nodes: &'a mut [Node],
+    /// Velocity of the tool (m/s).
+    pub tool: [f64; 3],
+    /// Called before each sweep.
+    pub prepare: &'a mut dyn FnMut(&mut [Touch]),
+}
+
+impl Kernel<f64> for Sweep<'_> {
+    /// How many sweeps it took.
+    type Output = u32;
+
+    #[inline(always)]
+    fn run<S: Simd<Scalar = f64>>(self) -> u32 {
+        let Sweep { touches, reached, nodes, tool, prepare } = self;
+        let mut fastest = tool.into_iter().fold(1e-300, |most: f64, v| most.max(v.abs()));
+        for node in &*nodes {
+            for v in node.velocity {
+                fastest = fastest.max(v.abs());
+            }
+        }
+        let tool = padded::<S>(tool);
+        for count in 1..=MOST_SWEEPS {
+            prepare(touches);
+            let mut largest = 0.0_f64;
+            for place in 0..touches.len() {
+                let place = if count % 2 == 1 { place } else { touches.len() - 1 - place };
+                largest = largest.max(correct::<S>(&mut touches[place], reached, nodes, tool));
+            }
+            if largest <= TOLERANCE * fastest {
+                return count;
+            }
+        }
+        MOST_SWEEPS
+    }
+}
+
+/// Three components and a zero.
+#[inline(always)]
+fn padded<S: Simd<Scalar = f64>>(v: [f64; 3]) -> S::Quad {
+    S::Quad::load(&[v[0], v[1], v[2], 0.0])
+}
+
+/// Corrects a point's impulse; returns by how much that changed its velocity (m/s).
+#[inline(always)]
+fn correct<S: Simd<Scalar = f64>>(
+    touch: &mut Touch,
     reached: &[Reached],
     nodes: &mut [Node],
-    tool: [f64; 3],
-    mut prepare: impl FnMut(&mut [Touch]),
-) -> u32 {
-    let fastest = nodes
-        .iter()
-        .flat_map(|node| node.velocity)
-        .chain(tool)
-        .fold(1e-300, |most: f64, v| most.max(v.abs()));
-    for count in 1..=MOST_SWEEPS {
-        prepare(touches);
-        let mut largest = 0.0_f64;
-        let mut correct = |touch: &mut Touch| {
-            largest = largest.max(touch.correct::<D>(reached, nodes, tool));
-        };
-        if count % 2 == 1 {
-            touches.iter_mut().for_each(&mut correct);
-        } else {
-            touches.iter_mut().rev().for_each(&mut correct);
-        }
-        if largest <= TOLERANCE * fastest {
-            return count;
-        }
+    tool: S::Quad,
+) -> f64 {
+    let mut velocity = S::Quad::constant(0.0);
+    for &Reached { place, weight } in touch.nodes(reached) {
+        let v = S::Quad::load(&nodes[place as usize].velocity);
+        velocity = S::Quad::splat(weight).mul_add(v, velocity);
     }
-    MOST_SWEEPS
+    let (normal, old) = (padded::<S>(touch.normal), padded::<S>(touch.impulse));
+    let missing = S::Quad::splat(touch.leaving).mul_add(normal, tool - velocity);
+    let mut wanted = [0.0; 4];
+    missing.mul_add(S::Quad::splat(touch.inertia), old).store(&mut wanted);
+    let impulse = in_cone([wanted[0], wanted[1], wanted[2]], touch.normal, touch.friction);
+    if impulse == touch.impulse {
+        return 0.0;
+    }
+    let change = padded::<S>(impulse) - old;
+    touch.impulse = impulse;
+    for &Reached { place, weight } in touch.nodes(reached) {
+        let Node { velocity, inverse_mass } = &mut nodes[place as usize];
+        let carried = S::Quad::splat(weight) * S::Quad::load(inverse_mass);
+        carried.mul_add(change, S::Quad::load(velocity)).store(velocity);
+    }
+    let mut size = [0.0; 4];
+    change.abs().store(&mut size);
+    touch.compliance * size[0].max(size[1]).max(size[2])
 }
 
 impl Touch {
     /// Its nodes in the list of all.
+    #[inline(always)]
     pub fn nodes<'a>(&self, reached: &'a [Reached]) -> &'a [Reached] {
         &reached[self.first as usize..self.end as usize]
     }
@@ -112,7 +161,6 @@ impl Touch {
     }
 
     /// Velocity at the tool's surface (m/s) from the nodes' velocities, which `of` gives by place.
-    #[inline(always)]
     pub fn velocity<D: Dimension>(&self, reached: &[Reached], of: impl Fn(usize) -> [f64; 3]) -> [f64; 3] {
         let mut velocity = [0.0; 3];
         for &Reached { place, weight } in self.nodes(reached) {
@@ -137,35 +185,17 @@ impl Touch {
             }
         }
     }
-
-    /// Corrects the point's impulse; returns by how much that changed its velocity (m/s).
-    #[inline(always)]
-    fn correct<D: Dimension>(&mut self, reached: &[Reached], nodes: &mut [Node], tool: [f64; 3]) -> f64 {
-        let velocity = self.velocity::<D>(reached, |place| nodes[place].velocity);
-        let wanted: [f64; 3] = std::array::from_fn(|axis| {
-            let missing = self.leaving * self.normal[axis] + tool[axis] - velocity[axis];
-            self.impulse[axis] + missing * self.inertia
-        });
-        let impulse = in_cone(wanted, self.normal, self.friction);
-        let change: [f64; 3] = std::array::from_fn(|axis| impulse[axis] - self.impulse[axis]);
-        if change == [0.0; 3] {
-            return 0.0;
-        }
-        self.push::<D>(change, reached, nodes);
-        self.impulse = impulse;
-        self.compliance * change.iter().fold(0.0_f64, |most, j| most.max(j.abs()))
-    }
 }
 
 /// The impulse nearest to `wanted` that pushes along `normal` and keeps Coulomb's law.
 #[inline(always)]
 fn in_cone(wanted: [f64; 3], normal: [f64; 3], friction: f64) -> [f64; 3] {
-    let push = (0..3).map(|k| wanted[k] * normal[k]).sum::<f64>();
-    let drag: [f64; 3] = std::array::from_fn(|k| wanted[k] - push * normal[k]);
+    let push = wanted[0] * normal[0] + wanted[1] * normal[1] + wanted[2] * normal[2];
+    let drag = [wanted[0] - push * normal[0], wanted[1] - push * normal[1], wanted[2] - push * normal[2]];
     let push = push.max(0.0);
-    let size = drag.iter().map(|j| j * j).sum::<f64>().sqrt();
+    let size = (drag[0] * drag[0] + drag[1] * drag[1] + drag[2] * drag[2]).sqrt();
     let kept = if size > friction * push { friction * push / size } else { 1.0 };
-    std::array::from_fn(|k| push * normal[k] + kept * drag[k])
+    [push * normal[0] + kept * drag[0], push * normal[1] + kept * drag[1], push * normal[2] + kept * drag[2]]
 }
 
 /// The impulse to begin with: the last substep's force, if it still lies in the cone's directions.

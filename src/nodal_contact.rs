@@ -186,9 +186,9 @@ impl NodalContact {
                         rake_coordinate: (closest.face == Face::Rake).then_some(closest.along),
                         front: if is_near { front() } else { None },
                         nearest: f64::INFINITY,
-                        free: node.velocity,
+                        free: start.free,
                         old: start.old,
-                        inverse_mass: node.inverse_mass,
+                        inverse_mass: [node.inverse_mass[0], node.inverse_mass[1], node.inverse_mass[2]],
                     });
                 }
                 let node = &mut nodes[*place as usize];

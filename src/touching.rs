@@ -25,11 +25,11 @@ use crate::chunk::{NodeSums, TouchedNodes};
 use crate::contact_nodes::{Conditions, NodeStart, assemble, closest, for_each_weight, from_tool};
 use crate::dimension::Dimension;
 use crate::error::Error;
-use crate::impulses::{Node, Reached, Touch, sweep, warm_start};
+use crate::impulses::{Node, Reached, Sweep, Touch, warm_start};
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block, PointState};
 use crate::shape::ShapeFunction;
-use crate::simd::Real;
+use crate::simd::{Real, dispatch};
 use crate::sticking::{Layer, SLIDING, Sticking, Strength};
 use crate::tool_shape::Face;
 
@@ -147,7 +147,7 @@ impl Touching {
             return;
         }
         let cell = strength.map(|_| partition.layout.cell);
-        self.sweep_points::<D>(conditions, cell);
+        self.sweep_points(conditions, cell);
         self.sum_up::<D>(conditions);
         if let Some(cell) = cell {
             let areas = self.sticking.areas(&self.touches, conditions.tool.friction, cell);
@@ -309,19 +309,20 @@ impl Touching {
 
     /// Sweeps over the touching points until their velocities settle; `capped` is the cell length (m) where strength caps
     /// friction.
-    fn sweep_points<D: Dimension>(&mut self, conditions: &Conditions<'_>, capped: Option<f64>) {
+    fn sweep_points(&mut self, conditions: &Conditions<'_>, capped: Option<f64>) {
         let tool = conditions.tool;
         let tool_velocity = [tool.velocity[0], tool.velocity[1], 0.0];
         let Touching { nodes, touches, reached, sticking, .. } = self;
-        self.sweeps = if let Some(cell) = capped {
+        if let Some(cell) = capped {
             sticking.measure(cell);
-            let cap = |touches: &mut [Touch]| {
+        }
+        let prepare = &mut |touches: &mut [Touch]| {
+            if let Some(cell) = capped {
                 sticking.cap(touches, tool.friction, cell, conditions.time[1]);
-            };
-            sweep::<D>(touches, reached, nodes, tool_velocity, cap)
-        } else {
-            sweep::<D>(touches, reached, nodes, tool_velocity, |_| ())
+            }
         };
+        let sweep = Sweep { touches, reached, nodes, tool: tool_velocity, prepare };
+        self.sweeps = dispatch(conditions.instructions, sweep);
     }
 
     /// What the impulses found amount to.
@@ -339,7 +340,10 @@ impl Touching {
             if touch.impulse == [0.0; 3] {
                 continue;
             }
-            let new = touch.velocity::<D>(reached, |place| nodes[place].velocity);
+            let new = touch.velocity::<D>(reached, |place| {
+                let [x, y, z, _] = nodes[place].velocity;
+                [x, y, z]
+            });
             let old = touch.velocity::<D>(reached, |place| starts[place].old);
             let dot = |a: [f64; 3], b: [f64; 3]| (0..D::AXES).map(|axis| a[axis] * b[axis]).sum::<f64>();
             let relative: [f64; 3] = std::array::from_fn(|axis| new[axis] - tool_velocity[axis]);

@@ -259,6 +259,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             depth: self.options.depth,
             time: [self.progress.clock, dt],
             wants_heat: self.wants_friction_heat,
+            instructions: self.options.instructions,
         };
         match self.options.contact {
             Contact::Surface => (),

@@ -1,7 +1,7 @@
 //! `cargo xtask hard-cases`: the hard cases in full, and the random scenes.
 
-use crate::test::OPTIMISED;
-use crate::{Outcome, process, root, target, verify};
+use crate::test::tests;
+use crate::{Outcome, process, root, setup, target, verify};
 
 /// Random scenes of the full form.
 const SCENES: &str = "2000";
@@ -37,12 +37,13 @@ pub fn run(arguments: &[&str]) -> Outcome {
         put_table(&process::read(&out.join("table.md"))?)?;
     }
     if cases.is_empty() {
-        let mut command = process::cargo(&["test", "--package", "swarf", "--test", "random_scenes"]);
-        command.args(["--features", "swarf/plot"]).args(OPTIMISED);
+        let tools = setup::prepare()?;
+        let mut command = tests();
+        command.args(["--test", "random_scenes"]);
         if !is_short {
             command.env("PROPTEST_CASES", SCENES);
         }
-        process::run(&mut command)?;
+        process::run(tools.apply(&mut command))?;
     }
     Ok(())
 }

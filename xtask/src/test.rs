@@ -1,5 +1,6 @@
 //! `cargo xtask test`: every check of the project, all run even where one fails, with the time each took.
 
+use std::process::Command;
 use std::time::Instant;
 
 use crate::setup::Tools;
@@ -23,20 +24,15 @@ pub fn run() -> Outcome {
     });
     stages.run("check for aarch64", aarch64::check);
     let fmu = stages.run("package", package::build);
-    // One call for all packages, since another choice of packages would build the library with all its kernels anew.
     stages.run("unit and integration tests", || {
         fmu.as_ref().ok_or("no FMU was packaged")?;
-        let mut command = process::cargo(&["test", "--no-fail-fast", "--features", "swarf/study"]);
-        for package in ["swarf", "xtask", "swarf-master"] {
-            command.args(["--package", package]);
-        }
-        process::run(ready(&tools)?.apply(command.args(OPTIMISED)))
+        process::run(ready(&tools)?.apply(tests().arg("--no-fail-fast")))
     });
     // By the program that the tests have just built.
     stages.run("generated texts", describe::check_built);
     stages.run("FMU through FMPy", || {
         fmu.as_ref().ok_or("no FMU was packaged")?;
-        let mut command = std::process::Command::new(&ready(&tools)?.python);
+        let mut command = Command::new(&ready(&tools)?.python);
         command.current_dir(root()).args([
             "-m",
             "pytest",
@@ -48,6 +44,17 @@ pub fn run() -> Outcome {
         process::run(command.env("PYTHONDONTWRITEBYTECODE", "1"))
     });
     stages.report()
+}
+
+/// `cargo test` for all packages at once, since another choice of packages would build the library with all its kernels
+/// anew; arguments can be added.
+pub fn tests() -> Command {
+    let mut command = process::cargo(&["test", "--features", "swarf/study"]);
+    for package in ["swarf", "xtask", "swarf-master"] {
+        command.args(["--package", package]);
+    }
+    command.args(OPTIMISED);
+    command
 }
 
 fn ready(tools: &Option<Tools>) -> Outcome<&Tools> {
