@@ -3,7 +3,7 @@
 //! It is the oracle of the fast kernels (`tests/reference_loop.rs`) and the yardstick of the benchmark: written from
 //! the equations, for plane strain, uniform GIMP with two points per cell edge, Johnson–Cook with rate and adiabatic
 //! heat, and contact of nodes inside the exact tool. Of the solver it uses only the description of the scene and the tool's
-//! signed distance, which has its own oracle in `src/tool_shape.rs`. Equation numbers: Ambati et al. (2011).
+//! signed distance, which has its own oracle in `src/tool_shape/tests.rs`. Equation numbers: Ambati et al. (2011).
 
 use crate::common::{Lattice, ROOM};
 use swarf::contact::RigidTool;
