@@ -50,12 +50,12 @@ pub mod results;
 #[cfg(feature = "plot")]
 pub mod plot;
 pub mod parallel;
-#[cfg(feature = "study")]
-pub mod study;
 mod course;
 pub mod session;
 pub mod variables;
 pub mod fmi;
+#[cfg(feature = "study")]
+pub mod study;
 
 /// Version of the program, as written into every file.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -10,6 +10,7 @@ use std::process::{Command, Stdio};
 
 use serde::Deserialize;
 
+use crate::test::tests;
 use crate::{Outcome, process, root, target};
 
 /// How often each kernel runs in the first and in the second run.
@@ -112,7 +113,7 @@ fn check_instructions(writes: bool) -> Outcome {
     let text = process::read(&path)?;
     let committed: Committed = toml::from_str(&text).map_err(|e| format!("'{}': {e}", path.display()))?;
     let rustc = rustc_version()?;
-    process::run(report().arg("--no-run"))?;
+    process::run(counted().arg("--no-run"))?;
     let tolerance =
         if rustc == committed.rustc { committed.tolerance_same_compiler } else { committed.tolerance };
     let mut counted = BTreeMap::new();
@@ -165,7 +166,7 @@ fn per_point(kernel: &str) -> Outcome<f64> {
 
 /// Points of a kernel's scene, and instructions of the whole program.
 fn count(kernel: &str, times: u32) -> Outcome<(f64, f64)> {
-    let (printed, instructions) = under_callgrind(&["count", kernel, &times.to_string()])?;
+    let (printed, instructions) = under_callgrind(counted(), &["count", kernel, &times.to_string()])?;
     let words: Vec<&str> = printed.split_whitespace().collect();
     let ["points", points, "instructions", set] = words[..] else {
         return Err(format!("'{kernel}' printed '{printed}' under callgrind"));
@@ -179,14 +180,13 @@ fn count(kernel: &str, times: u32) -> Outcome<(f64, f64)> {
     Ok((points, instructions))
 }
 
-/// What the benchmark program prints under callgrind, and the instructions of the whole run.
+/// What a benchmark program prints under callgrind, and the instructions of the whole run.
 ///
 /// # Errors
 /// A failed run.
-pub fn under_callgrind(arguments: &[&str]) -> Outcome<(String, f64)> {
+pub fn under_callgrind(mut command: Command, arguments: &[&str]) -> Outcome<(String, f64)> {
     let log = target().join("bench/callgrind.log");
     process::write(&log, b"")?;
-    let mut command = report();
     let runner = format!(
         "target.'cfg(all())'.runner=['valgrind', '--tool=callgrind', '--callgrind-out-file=/dev/null', '--log-file={}']",
         log.display()
@@ -203,6 +203,13 @@ pub fn under_callgrind(arguments: &[&str]) -> Outcome<(String, f64)> {
 /// The benchmark program, as a command to which arguments can be added.
 pub fn report() -> Command {
     process::cargo(&["bench", "--package", "swarf", "--bench", "report"])
+}
+
+/// The same program as the tests are built, with debug assertions: counts that guard need no build of their own.
+fn counted() -> Command {
+    let mut command = tests();
+    command.args(["--bench", "report"]);
+    command
 }
 
 fn committed_path() -> PathBuf {

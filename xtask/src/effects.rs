@@ -90,7 +90,7 @@ fn row(name: &str, coarsening: &str, counts: bool) -> Outcome<String> {
 /// Instructions per point and substep of a coarse cut with or without the effect.
 fn per_point_step(name: &str, which: &str) -> Outcome<f64> {
     let [before, after] = PLACES.map(|place| {
-        let (printed, instructions) = under_callgrind(&["effect", name, "count", which, place])?;
+        let (printed, instructions) = under_callgrind(report(), &["effect", name, "count", which, place])?;
         let words: Vec<&str> = printed.split_whitespace().collect();
         let ["points", points, "substeps", substeps, "instructions", _] = words[..] else {
             return Err(format!("'{name}' printed '{printed}' under callgrind"));
