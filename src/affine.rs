@@ -80,6 +80,10 @@ impl<R: Real, M: ConstitutiveModel<R, PlaneStrain>> ConstitutiveModel<R, PlaneSt
         self.0.yield_volume_strain()
     }
 
+    fn yield_speed(&self) -> f64 {
+        self.0.yield_speed()
+    }
+
     fn flow_stress(&self, state: &Self::State, lane: usize) -> f64 {
         self.0.flow_stress(&state.model, lane)
     }

@@ -23,6 +23,7 @@ use crate::points::{Block, PointState};
 use crate::shape::ShapeFunction;
 use crate::simd::{InstructionSet, Kernel, Real, Simd, dispatch};
 use crate::transfer::{NodeRun, PassSums, PointsPass};
+use crate::velocity_range::{self, Stray};
 use std::ops::Range;
 
 /// What a chunk's nodes add up in one substep, over the nodes it owns.
@@ -105,6 +106,9 @@ struct Fixed {
     axes: [bool; 3],
 }
 
+/// Strays of a chunk that are found without asking for memory.
+const USUAL_STRAYS: usize = 256;
+
 /// A run of sorted points and the nodes around them.
 #[derive(Clone)]
 pub struct Chunk<R: Real, D: Dimension, S> {
@@ -119,6 +123,8 @@ pub struct Chunk<R: Real, D: Dimension, S> {
     fixed: Vec<Fixed>,
     /// Sums of the last substep.
     pub sums: ChunkSums,
+    /// Points whose velocities `find_strays` found out of bounds.
+    pub strays: Vec<Stray>,
 }
 
 impl<R: Real, D: Dimension, S> Default for Chunk<R, D, S> {
@@ -130,6 +136,7 @@ impl<R: Real, D: Dimension, S> Default for Chunk<R, D, S> {
             owned: 0..0,
             fixed: Vec::new(),
             sums: ChunkSums::default(),
+            strays: Vec::with_capacity(USUAL_STRAYS),
         }
     }
 }
@@ -293,6 +300,21 @@ impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
     ) {
         self.nodes.clear();
         let _ = self.pass_points(outgoing, &Substep { dt: 0.0, ..*common });
+    }
+
+    /// Notes the points whose velocities are further than `bound` (m/s) from those that all nodes around them had in the
+    /// substep.
+    pub fn find_strays<F: ShapeFunction<R>, M: ConstitutiveModel<R, D, State = S>>(
+        &mut self,
+        common: &Substep<'_, F, M>,
+        bound: f64,
+    ) {
+        let nodes = (&self.nodes, common.layout, common.shape);
+        self.strays.clear();
+        for (b, block) in self.blocks.iter().enumerate() {
+            let points = (b, &block.places(), &block.velocity);
+            velocity_range::find::<R, D, F>(points, nodes, R::from_f64(bound), &mut self.strays);
+        }
     }
 
     /// Adds Δt b to velocity and increment of every node that has mass.

@@ -52,6 +52,8 @@ pub struct Outputs {
     pub mass_scaling_energy: f64,
     /// Substeps since the start that were solved again at half their length.
     pub retries: i32,
+    /// Velocities since the start that the grid could not see and that were brought back.
+    pub stray_velocities: i32,
     pub force_error_band: f64,
     /// A time of this machine (s): no part of a saved state, where it is 0.
     #[serde(skip)]
@@ -142,6 +144,7 @@ pub const COLUMNS: &[Column] = &[
     Column { name: "energy.surplus_kinetic", unit: "J", value: |o| o.surplus_kinetic_energy },
     Column { name: "energy.mass_scaling", unit: "J", value: |o| o.mass_scaling_energy },
     Column { name: "numerics.retries", unit: "1", value: |o| f64::from(o.retries) },
+    Column { name: "numerics.stray_velocities", unit: "1", value: |o| f64::from(o.stray_velocities) },
     Column { name: "numerics.force_error_band", unit: "1", value: |o| o.force_error_band },
     Column { name: "numerics.estimated_cpu_time", unit: "s", value: |o| o.estimated_cpu_time },
     Column { name: "energy.thermoelastic", unit: "J", value: |o| o.thermoelastic },

@@ -215,6 +215,13 @@ pub fn add_force<R: Real, D: Dimension>(record: &mut [Record<R>], force: D::Vect
     }
 }
 
+/// Adds to the momentum of such a record (kg m/s).
+pub fn add_momentum<R: Real, D: Dimension>(record: &mut [Record<R>], momentum: D::Vector<f64>) {
+    for axis in 0..D::AXES {
+        record[0].0[axis] += R::from_f64(momentum[axis]);
+    }
+}
+
 /// Momentum and force over mass: eqs. 6, 10 and 15 of Ambati et al. (2011) on every node of a slice.
 ///
 /// * `records`: momentum (kg m/s) and force (N); becomes velocity after the step and its increment (m/s)

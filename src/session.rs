@@ -300,6 +300,7 @@ impl Session {
         outputs.surplus_kinetic_energy = survey.kinetic * (1.0 - 1.0 / progress.mass_factor);
         outputs.mass_scaling_energy = ledger.mass_scaling;
         outputs.retries = i32::try_from(progress.retries).unwrap_or(i32::MAX);
+        outputs.stray_velocities = i32::try_from(progress.stray_velocities).unwrap_or(i32::MAX);
         outputs.active_points = i32::try_from(self.solver.points()).unwrap_or(i32::MAX);
         outputs.retired_points = i32::try_from(ledger.retired_points).unwrap_or(i32::MAX);
         outputs.min_jacobian = survey.min_jacobian;

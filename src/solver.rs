@@ -28,6 +28,10 @@ pub struct Progress {
     pub volume_ratio: f64,
     /// Motion since the points were sorted (cells).
     pub travel: f64,
+    /// Motion since stray velocities were last looked for (cells).
+    pub travel_unseen: f64,
+    /// Velocities since the start that were out of their range (`strays`).
+    pub stray_velocities: u64,
     /// Motion since the locking control last looked at the points (cells).
     pub travel_uncontrolled: f64,
     /// Distance the tool has moved while it touched the workpiece (m).

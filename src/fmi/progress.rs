@@ -94,6 +94,10 @@ pub(super) fn summary(reached: f64, wall: f64, before: &Outputs, outputs: &Outpu
         outputs.retired_points - before.retired_points,
         100.0 * balance_error
     );
+    let text = match outputs.stray_velocities - before.stray_velocities {
+        0 => text,
+        strays => format!("{text}; {strays} velocities that the grid could not see were brought back"),
+    };
     match outputs.retries - before.retries {
         0 => text,
         retries => format!(
@@ -141,8 +145,10 @@ mod tests {
             "at 1e-6 s after 0.500 s of wall time: 412 substeps, the last of 2.4e-9 s; 29997 points, 2 retired in this \
              step; smallest volume ratio 0.931; energy unaccounted for -0.040 %"
         );
+        outputs.stray_velocities = 12;
         outputs.retries = 7;
         let text = summary(1e-6, 0.5, &before, &outputs);
+        assert!(text.contains("; 12 velocities that the grid could not see"), "{text}");
         assert!(text.contains("; 2 times a substep was solved again at half its length"), "{text}");
     }
 

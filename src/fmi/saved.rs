@@ -39,7 +39,7 @@ pub struct Header {
 pub const NO_SLOPES: Inputs = Inputs { tool_velocity: 0.0, feed: 0.0, friction: 0.0 };
 
 const WORD: &[u8; 8] = b"SWARFFMU";
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 /// Bytes before the header: word, format, interface, two lengths.
 const FRONT: usize = 8 + 4 + 16 + 8 + 8;
 const CHECKSUM: usize = 4;

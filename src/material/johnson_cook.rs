@@ -133,6 +133,11 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<
         (self.hardening.yield_stress() / self.elasticity.bulk_modulus).to_f64()
     }
 
+    fn yield_speed(&self) -> f64 {
+        let impedance = self.density * self.elasticity.sound_speed(1.0, self.density);
+        self.hardening.yield_stress().to_f64() / impedance
+    }
+
     /// At rest, or the equivalent stress where that is higher: a point that yields stands at its flow stress, rate included.
     fn flow_stress(&self, state: &Self::State, lane: usize) -> f64 {
         let s = D::deviator(|component| state.deviator[component][lane].to_f64());

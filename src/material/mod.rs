@@ -90,6 +90,11 @@ pub trait ConstitutiveModel<R: Real, D: Dimension>: Clone + Send + Sync + 'stati
         f64::INFINITY
     }
 
+    /// Speed (m/s) that stress at yield gives a free surface, σ_y/(ρ c); infinite for a material that never yields.
+    fn yield_speed(&self) -> f64 {
+        f64::INFINITY
+    }
+
     /// Flow stress (Pa) of the point at `lane` as it is now; infinite for a material that never yields.
     fn flow_stress(&self, state: &Self::State, lane: usize) -> f64 {
         let _ = (state, lane);

@@ -101,6 +101,10 @@ impl<R: Real, D: Dimension, M: ConstitutiveModel<R, D>> ConstitutiveModel<R, D> 
         self.model.yield_volume_strain()
     }
 
+    fn yield_speed(&self) -> f64 {
+        self.model.yield_speed()
+    }
+
     fn flow_stress(&self, state: &Self::State, lane: usize) -> f64 {
         self.model.flow_stress(&state.inner, lane)
     }

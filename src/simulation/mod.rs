@@ -1,5 +1,6 @@
 //! The main loop: one explicit substep of the material point method on the solver's own clock.
 
+mod contacts;
 mod heating;
 mod options;
 
@@ -7,9 +8,8 @@ pub use options::Options;
 
 use crate::body_force::BodyForce;
 use crate::bulk::Bulk;
-use crate::chunk::{Chunk, ChunkSums, Substep, TouchedNodes};
-use crate::contact::{Contact, RigidTool};
-use crate::contact_nodes::Conditions;
+use crate::chunk::{Chunk, ChunkSums, Substep};
+use crate::contact::RigidTool;
 use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::guards::{self, Bounds, MOST_RETRIES};
@@ -23,7 +23,7 @@ use crate::points::{BLOCK, Block};
 use crate::shape::ShapeFunction;
 use crate::simd::Real;
 pub use crate::solver::{Drive, PointView, Progress, Solver};
-use crate::sticking::Strength;
+use crate::strays::{self, StrayVelocities};
 use crate::tool_heat::ToolBody;
 use crate::touching::Touching;
 use crate::transfer::NodeRun;
@@ -56,6 +56,8 @@ pub struct Simulation<R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>> {
     pub body_force: Option<Arc<dyn BodyForce>>,
     /// Numbers and passes.
     pub options: Options,
+    /// Brings back velocities that the grid cannot see.
+    pub strays: StrayVelocities,
     /// Volumetric locking control, if the scene names it.
     pub locking_control: Option<LockingControl>,
     /// Heat conduction, if the scene names it; none to begin with.
@@ -96,7 +98,9 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             fastest: 0.0,
             volume_ratio: 1.0,
             travel: 0.0,
+            travel_unseen: 0.0,
             travel_uncontrolled: 0.0,
+            stray_velocities: 0,
             cut_length: 0.0,
             contact_reach: 0.0,
             contact_areas: [0.0; 2],
@@ -119,6 +123,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             wants_friction_heat: false,
             body_force: None,
             options,
+            strays: StrayVelocities::default(),
             locking_control,
             conduction: None,
             tool_body: None,
@@ -240,41 +245,6 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         watch.judge(self.progress.clock, &self.progress.ledger)
     }
 
-    /// Whether the contact law is one of the paper's own.
-    fn acts_on_nodes(&self) -> bool {
-        matches!(self.options.contact, Contact::Distance | Contact::Velocity)
-    }
-
-    /// What contact changed in the last substep.
-    pub fn touched(&self) -> &TouchedNodes {
-        if self.acts_on_nodes() { self.nodal_contact.touched() } else { self.touching.touched() }
-    }
-
-    /// Solves the contact for a substep of `dt` (s), but for the law that chunks see to themselves.
-    fn solve_contact(&mut self, dt: f64) {
-        let conditions = Conditions {
-            tool: &self.tool,
-            body_force: self.body_force.as_deref(),
-            lightest: self.lightest,
-            depth: self.options.depth,
-            time: [self.progress.clock, dt],
-            wants_heat: self.wants_friction_heat,
-            instructions: self.options.instructions,
-        };
-        match self.options.contact {
-            Contact::Surface => (),
-            Contact::NodesInside => return,
-            law @ (Contact::Distance | Contact::Velocity) => {
-                return self.nodal_contact.solve(law, &self.partition, &self.shape, &conditions);
-            }
-        }
-        // Yield in pure shear, by von Mises.
-        let strength = |state: &M::State, lane: usize| self.model.flow_stress(state, lane) / 3_f64.sqrt();
-        let strength: Option<&Strength<'_, M::State>> =
-            if self.options.sticking { Some(&strength) } else { None };
-        self.touching.solve(&self.partition, &self.shape, &conditions, strength);
-    }
-
     /// Adds the chunks' sums to the totals, in the order of the chunks.
     fn collect(&mut self, dt: f64) -> Result<(), Error> {
         let mut nodes = self.touched().sums;
@@ -317,6 +287,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         let moved = std::f64::consts::SQRT_2 * travel + way / cell;
         self.touching.note_motion(moved);
         self.nodal_contact.note_motion(moved);
+        progress.travel_unseen += travel;
         progress.travel_uncontrolled += travel;
         Ok(())
     }
@@ -345,7 +316,25 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         self.progress.travel = 0.0;
         self.touching.note_sort();
         self.nodal_contact.note_sort();
+        self.strays.make_room(self.partition.layout.nodes());
         self.deposit();
+    }
+
+    /// Looks after velocities that the grid cannot see each time the points have moved by the pass's interval.
+    fn bring_back_strays(&mut self, parallel: bool) {
+        if self.progress.travel_unseen <= strays::INTERVAL {
+            return;
+        }
+        self.progress.travel_unseen = 0.0;
+        let bound = self.model.yield_speed();
+        if bound.is_infinite() {
+            return;
+        }
+        self.for_each_chunk(0.0, parallel, |chunk, _, _, common| chunk.find_strays(common, bound));
+        let density = self.model.density();
+        let (count, taken) = self.strays.bring_back(&mut self.partition, &self.shape, density);
+        self.progress.stray_velocities += count;
+        self.progress.ledger.damping += taken;
     }
 
     /// Looks after volumetric locking each time the points have moved by the control's interval.
@@ -375,6 +364,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
         self.progress.clock += dt;
         self.progress.last_step = dt;
         self.progress.substeps += 1;
+        self.bring_back_strays(parallel);
         if self.progress.travel > SORT_TRAVEL {
             self.sort();
         }

@@ -264,6 +264,12 @@ pub(super) static OUTPUTS: &[Variable] = &[
         kind: integer([0, i32::MAX], output!(retries)),
     },
     Variable {
+        reference: 191,
+        name: "numerics.stray_velocities",
+        description: "velocities of points since the start that were brought back because they were foreign to all nodes around: what the transfer stores and the grid cannot see",
+        kind: integer([0, i32::MAX], output!(stray_velocities)),
+    },
+    Variable {
         reference: 200,
         name: "numerics.force_error_band",
         description: "share of the cutting force that it may be off by at this spacing and speed level, from the price list measured on the reference cut; 1 where that knows nothing, as for numerics.contact other than surface; 0 before the model is built",

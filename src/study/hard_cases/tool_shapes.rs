@@ -3,8 +3,8 @@
 //! No point may come further into the tool than a tenth of a cell, and none may fly off faster than 2 V + 2 σ_y/(ρ c): twice
 //! the tool's speed is what an elastic body leaves a wall with, and σ_y/(ρ c), on each side of a free surface, what
 //! stress at yield lets go. σ_y is A, the yield stress before hardening. A point moves with the grid's velocity at its
-//! place; the velocity that it keeps (FLIP) has a part besides that the grid does not see and nothing takes away. Both
-//! are held against the bound.
+//! place; the velocity that it keeps (FLIP) has a part besides that the grid does not see, which `strays` limits. Both are
+//! held against the bound.
 //!
 //! The force follows the radius without a jump: an edge of a hundredth of a cell is a sharp one to the grid, and between
 //! neighbouring radii, 10 µm apart, the force changes by a small part of itself.
@@ -55,9 +55,7 @@ pub fn fill(setting: &Setting, sheet: &mut Sheet) {
         sheet.at_most(format!("{name}: fastest motion of a point"), motion, "m/s", limit).retried(retries);
         let stored = run.figure(run.worst.speed);
         let figure = sheet.at_most(format!("{name}: largest velocity stored"), stored, "m/s", limit);
-        figure
-            .retried(retries)
-            .remarked("of a few points at the tool: what the grid cannot see stays with FLIP");
+        figure.retried(retries).remarked("of a point at the tool, between two looks (src/strays.rs)");
         sheet.at_most(format!("{name}: ledger"), run.figure(100.0 * run.worst.ledger), "%", 1.0);
     }
     let forces: Vec<f64> = runs[..RADII.len()].iter().map(mean_force).collect();

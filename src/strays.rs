@@ -1,0 +1,204 @@
+//! Stray velocities: no point keeps a velocity that is foreign to all nodes around it.
+//!
+//! FLIP adds the grid's increments to the points' velocities and never compares the two again. What points hold and no node
+//! feels moves nothing at first; but points carry it on, to places where nodes do feel it. At a tool's face a few points
+//! gathered many times the tool's speed in this way, and threw their neighbours when they left. Here, each time the points
+//! have moved by `INTERVAL`, a point's velocity is brought back, along each axis, to the one with which it moved, within
+//! what the velocities of the nodes around it differ by and the speed that stress at yield gives a free surface:
+//!
+//! r_p = v_p − Σ_i w_ip v_i,  e_p = r_p − clamp(r_p, −L, L),  L = σ_y/(ρ c) + Σ_i w_ip |v_i − Σ_j w_jp v_j|
+//!
+//! over the nodes i of the point's stencil with their velocities v_i at the end of the substep. (Not the range of the v_i: a
+//! node at a surface may have next to no mass, and any velocity.) What is taken goes to the nodes and from there to all
+//! points around, so that momentum is kept:
+//!
+//! v_p ← v_p − e_p + Σ_i w_ip (Σ_q w_iq m_q e_q)/m_i
+//!
+//! What this does to the kinetic energy is counted as damping in the ledger. Smooth motion, elastic waves below yield and
+//! material that never yields are not touched; `numerics.stray_velocities` counts the velocities that were.
+//!
+//! That FLIP keeps what the grid cannot see: Hammerquist and Nairn (2017), doi:10.1016/j.cma.2017.01.035, who take it
+//! away from all points in each step (XPIC). The limit is this project's.
+//!
+//! Form of the effect: a pass between substeps that compares each point's velocity with that of its nearest node, and does
+//! more only where they are further apart than L can be.
+
+use crate::dimension::Dimension;
+use crate::grid::{self, Layout};
+use crate::heat_nodes::Stencils;
+use crate::locking::for_each_node;
+use crate::partition::Partition;
+use crate::points::{Column, Places, PointState};
+use crate::shape::ShapeFunction;
+use crate::simd::Real;
+use crate::transfer::NodeRun;
+use crate::velocity_range::Stray;
+
+/// Motion of the points between two looks at their velocities (cells).
+///
+/// With 0.1, a few points reached 180 m/s before they were looked at (edges of 40 and 50 µm), with 0.03 none did.
+pub const INTERVAL: f64 = 0.03;
+
+/// Nodes around strays that are found without asking for memory.
+const USUAL_SHARES: usize = 2048;
+
+/// Working memory of the pass; none of it is state.
+#[derive(Clone, Debug)]
+pub struct StrayVelocities {
+    /// By node of the layout: its place in `shares` and one, or 0.
+    places: Vec<u32>,
+    /// Nodes around strays.
+    shares: Vec<Share>,
+}
+
+impl Default for StrayVelocities {
+    fn default() -> Self {
+        StrayVelocities { places: Vec::new(), shares: Vec::with_capacity(USUAL_SHARES) }
+    }
+}
+
+/// What strays give to a node.
+#[derive(Clone, Copy, Debug)]
+struct Share {
+    node: usize,
+    /// kg
+    mass: f64,
+    /// kg m/s; over the mass once all is there
+    momentum: [f64; 3],
+}
+
+impl StrayVelocities {
+    /// Makes room for so many nodes in the layout.
+    pub fn make_room(&mut self, nodes: usize) {
+        self.places.resize(nodes.max(self.places.len()), 0);
+    }
+
+    /// Brings the strays that chunks have found back, and passes on what they had; gives their number and the kinetic
+    /// energy that this took (J).
+    ///
+    /// The deposits in `partition.incoming` must be those of the points as they are, and follow.
+    pub fn bring_back<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>>(
+        &mut self,
+        partition: &mut Partition<R, D, S>,
+        shape: &F,
+        density: f64,
+    ) -> (u64, f64) {
+        let Partition { layout, chunks, incoming, .. } = partition;
+        let count = chunks.iter().map(|chunk| chunk.strays.len() as u64).sum();
+        if count == 0 {
+            return (0, 0.0);
+        }
+        self.make_room(layout.nodes());
+        for chunk in chunks.iter() {
+            for stray in &chunk.strays {
+                let points = chunk.blocks[stray.block].places();
+                self.collect(layout, &points, shape, stray, density, incoming);
+            }
+        }
+        for share in &mut self.shares {
+            share.momentum = share.momentum.map(|momentum| momentum / share.mass);
+        }
+        let mut taken = 0.0;
+        for (chunk, deposits) in chunks.iter_mut().zip(incoming) {
+            let mut strays = chunk.strays.iter().peekable();
+            for (b, block) in chunk.blocks.iter_mut().enumerate() {
+                let own = std::iter::from_fn(|| strays.next_if(|stray| stray.block == b).copied());
+                let (node, offset, volume) = (&block.node, &block.offset, &block.volume);
+                let points = Places::<R, D> { node, offset, volume };
+                taken += self.give(layout, (&points, &mut block.velocity), shape, own, density, deposits);
+            }
+        }
+        for share in self.shares.drain(..) {
+            self.places[share.node] = 0;
+        }
+        (count, taken)
+    }
+
+    /// Gives the excess of a stray to the nodes around it.
+    fn collect<R: Real, D: Dimension, F: ShapeFunction<R>>(
+        &mut self,
+        layout: &Layout,
+        points: &Places<'_, R, D>,
+        shape: &F,
+        stray: &Stray,
+        density: f64,
+        deposits: &[NodeRun<R>],
+    ) {
+        let weights = Stencils::of(points, shape);
+        let mass = density * points.volume[stray.lane].to_f64();
+        for_each_node::<D>(layout, &points.node_of(stray.lane), |node, places| {
+            let weight = weights.weight::<D>(stray.lane, &places);
+            // At the rim of its stencil a node may hold nothing at all.
+            if weight <= 0.0 {
+                return;
+            }
+            if self.places[node] == 0 {
+                let on_run = |run: &NodeRun<R>| {
+                    let index = node.checked_sub(run.first).filter(|&index| index < run.count::<D>());
+                    index.map_or(0.0, |index| run.mass[index].to_f64())
+                };
+                let mass = deposits.iter().map(on_run).sum();
+                self.shares.push(Share { node, mass, momentum: [0.0; 3] });
+                self.places[node] = self.shares.len() as u32;
+            }
+            let share = &mut self.shares[self.places[node] as usize - 1];
+            for axis in 0..D::AXES {
+                share.momentum[axis] += weight * mass * stray.excess[axis];
+            }
+        });
+    }
+
+    /// Changes the velocities of a block's points by what its strays had too much of and the nodes around give; returns
+    /// the kinetic energy (J) taken.
+    fn give<R: Real, D: Dimension, F: ShapeFunction<R>>(
+        &self,
+        layout: &Layout,
+        (points, velocity): (&Places<'_, R, D>, &mut D::Vector<Column<R>>),
+        shape: &F,
+        strays: impl Iterator<Item = Stray>,
+        density: f64,
+        deposits: &mut NodeRun<R>,
+    ) -> f64 {
+        let mut strays = strays.peekable();
+        let mut weights = None;
+        let mut taken = 0.0;
+        let mut last = (D::vector(|_| i32::MIN), false);
+        for lane in points.points() {
+            let node = points.node_of(lane);
+            if node.as_ref() != last.0.as_ref() {
+                let mut is_near = false;
+                for_each_node::<D>(layout, &node, |index, _| is_near |= self.places[index] != 0);
+                last = (node, is_near);
+            }
+            if !last.1 {
+                continue;
+            }
+            let weights = weights.get_or_insert_with(|| Stencils::of(points, shape));
+            let mut change = D::vector(|_| 0.0);
+            if let Some(stray) = strays.next_if(|stray| stray.lane == lane) {
+                (0..D::AXES).for_each(|axis| change[axis] -= stray.excess[axis]);
+            }
+            for_each_node::<D>(layout, &node, |index, places| {
+                if let Some(share) = (self.places[index] as usize).checked_sub(1) {
+                    let weight = weights.weight::<D>(lane, &places);
+                    (0..D::AXES).for_each(|axis| change[axis] += weight * self.shares[share].momentum[axis]);
+                }
+            });
+            let mass = density * points.volume[lane].to_f64();
+            for axis in 0..D::AXES {
+                let old = velocity[axis][lane].to_f64();
+                velocity[axis][lane] = R::from_f64(old + change[axis]);
+                // What rounding left of it.
+                change[axis] = velocity[axis][lane].to_f64() - old;
+                taken -= mass * change[axis] * (old + 0.5 * change[axis]);
+            }
+            for_each_node::<D>(layout, &node, |index, places| {
+                let part = mass * weights.weight::<D>(lane, &places);
+                let begin = (index - deposits.first) * D::QUADS;
+                let record = &mut deposits.records[begin..begin + D::QUADS];
+                grid::add_momentum::<R, D>(record, D::vector(|axis| part * change[axis]));
+            });
+        }
+        taken
+    }
+}

@@ -1,0 +1,75 @@
+//! Which points' velocities are foreign to the nodes around them; `strays` has the equations and says what for.
+
+use crate::dimension::Dimension;
+use crate::grid::Layout;
+use crate::heat_nodes::Stencils;
+use crate::locking::for_each_node;
+use crate::points::{Column, Places};
+use crate::shape::ShapeFunction;
+use crate::simd::Real;
+use crate::transfer::{NodeRun, first_node};
+
+/// A velocity out of bounds.
+#[derive(Clone, Copy, Debug)]
+pub struct Stray {
+    /// Its point's block in the chunk.
+    pub block: usize,
+    /// Its place in the block.
+    pub lane: usize,
+    /// What it has too much of (m/s).
+    pub excess: [f64; 3],
+}
+
+/// Finds the strays of a block, whose place in the chunk is `block`.
+///
+/// * `nodes`: their velocities (m/s)
+/// * `bound`: speed (m/s) that stress at yield gives a free surface
+pub fn find<R: Real, D: Dimension, F: ShapeFunction<R>>(
+    (block, points, velocity): (usize, &Places<'_, R, D>, &D::Vector<Column<R>>),
+    (nodes, layout, shape): (&NodeRun<R>, &Layout, &F),
+    bound: R,
+    found: &mut Vec<Stray>,
+) {
+    let mut weights = None;
+    let middle = D::PENCILS / 2;
+    for lane in points.points() {
+        let node = points.node_of(lane);
+        let nearest = first_node::<D>(layout, nodes.first, &node, middle) + 1;
+        let near = &nodes.records[nearest * D::QUADS].0;
+        let is_suspect = (0..D::AXES).any(|axis| (velocity[axis][lane] - near[axis]).abs() > bound);
+        if is_suspect {
+            let weights = weights.get_or_insert_with(|| Stencils::of(points, shape));
+            let own = D::vector(|axis| velocity[axis][lane].to_f64());
+            if let Some(excess) =
+                excess::<R, D>((nodes, layout, weights), &node, (lane, &own), bound.to_f64())
+            {
+                found.push(Stray { block, lane, excess });
+            }
+        }
+    }
+}
+
+/// By how much the velocity `own` (m/s) of the point at `lane` passes its limit, e_p.
+#[inline(never)]
+fn excess<R: Real, D: Dimension>(
+    (nodes, layout, weights): (&NodeRun<R>, &Layout, &Stencils),
+    node: &D::Vector<i32>,
+    (lane, own): (usize, &D::Vector<f64>),
+    bound: f64,
+) -> Option<[f64; 3]> {
+    let each = |visit: &mut dyn FnMut(f64, usize, f64)| {
+        for_each_node::<D>(layout, node, |index, places| {
+            let record = &nodes.records[(index - nodes.first) * D::QUADS].0;
+            let weight = weights.weight::<D>(lane, &places);
+            (0..D::AXES).for_each(|axis| visit(weight, axis, record[axis].to_f64()));
+        });
+    };
+    let (mut mean, mut spread, mut excess) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+    each(&mut |weight, axis, velocity| mean[axis] += weight * velocity);
+    each(&mut |weight, axis, velocity| spread[axis] += weight * (velocity - mean[axis]).abs());
+    for axis in 0..D::AXES {
+        let (rest, most) = (own[axis] - mean[axis], bound + spread[axis]);
+        excess[axis] = rest - rest.clamp(-most, most);
+    }
+    excess.iter().any(|&part| part != 0.0).then_some(excess)
+}
