@@ -82,6 +82,11 @@ impl Ledger {
         self.tool_impulse[1] += nodes.tool_impulse[1];
     }
 
+    /// Whether every term is a finite number.
+    pub fn is_finite(&self) -> bool {
+        self.imbalance(0.0, 0.0).is_finite()
+    }
+
     /// Unaccounted energy (J), given the present kinetic and elastic energy (J).
     pub fn imbalance(&self, kinetic: f64, elastic: f64) -> f64 {
         self.tool_work + self.mass_scaling + self.initial_energy

@@ -227,6 +227,11 @@ impl Session {
         let ran = after.substeps > self.course.at_point.substeps;
         if ran {
             self.survey();
+            if !self.course.outputs.balance_error.is_finite() {
+                return Err(Error::Unstable(format!(
+                    "the run became unstable by t = {end:.6e} s: the energy of its points is no finite number"
+                )));
+            }
         }
         let course = &mut self.course;
         let now = Totals::between(&course.before_substep, &after, end);

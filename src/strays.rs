@@ -39,6 +39,10 @@ use crate::velocity_range::Stray;
 /// With 0.1, a few points reached 180 m/s before they were looked at (edges of 40 and 50 µm), with 0.03 none did.
 pub const INTERVAL: f64 = 0.03;
 
+/// Share of all points from which on strays are a reason to look at the energy of the run (-): in a run that blows up the limit would
+/// hide from the other guards how fast points are (test `random_scenes`, its first regression).
+pub const SUSPICIOUS: f64 = 0.05;
+
 /// Nodes around strays that are found without asking for memory.
 const USUAL_SHARES: usize = 2048;
 

@@ -74,6 +74,9 @@ impl Watch {
             + kinetic
             + elastic;
         let imbalance = ledger.imbalance(kinetic, elastic);
+        if !imbalance.is_finite() {
+            return unstable("a term of the energy ledger is no finite number".into());
+        }
         if imbalance.abs() > ENERGY_LIMIT * through {
             return unstable(format!(
                 "{imbalance:.3e} J of {through:.3e} J are unaccounted for (energy.balance_error; at most {:.0} % are \

@@ -231,10 +231,10 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         Ok(dt)
     }
 
-    /// Looks at the energy of all points now and then.
-    fn watch_energy(&self) -> Result<(), Error> {
+    /// Looks at the energy of all points now and then, and where there is reason to.
+    fn watch_energy(&self, is_suspicious: bool) -> Result<(), Error> {
         // The ledger does not know the work of a body force.
-        if !watch::is_due(self.progress.substeps) || self.body_force.is_some() {
+        if !(is_suspicious || watch::is_due(self.progress.substeps)) || self.body_force.is_some() {
             return Ok(());
         }
         let mut watch = Watch::default();
@@ -261,9 +261,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         }
         self.note_friction_heat(friction_before);
         let ledger = &self.progress.ledger;
-        let finite =
-            (ledger.tool_work + ledger.plastic_work + ledger.damage_work + ledger.damping + volume_ratio)
-                .is_finite();
+        let finite = ledger.is_finite() && volume_ratio.is_finite();
         let cell = self.partition.layout.cell;
         let sound = self.model.sound_speed(volume_ratio);
         guards::check_motion((self.progress.clock, dt), (travel, cell), sound, finite)?;
@@ -320,21 +318,23 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         self.deposit();
     }
 
-    /// Looks after velocities that the grid cannot see each time the points have moved by the pass's interval.
-    fn bring_back_strays(&mut self, parallel: bool) {
+    /// Looks after velocities that the grid cannot see each time the points have moved by the pass's interval; returns whether
+    /// there are so many that the run may have gone wrong.
+    fn bring_back_strays(&mut self, parallel: bool) -> bool {
         if self.progress.travel_unseen <= strays::INTERVAL {
-            return;
+            return false;
         }
         self.progress.travel_unseen = 0.0;
         let bound = self.model.yield_speed();
         if bound.is_infinite() {
-            return;
+            return false;
         }
         self.for_each_chunk(0.0, parallel, |chunk, _, _, common| chunk.find_strays(common, bound));
         let density = self.model.density();
         let (count, taken) = self.strays.bring_back(&mut self.partition, &self.shape, density);
         self.progress.stray_velocities += count;
         self.progress.ledger.damping += taken;
+        count as f64 > strays::SUSPICIOUS * self.points() as f64
     }
 
     /// Looks after volumetric locking each time the points have moved by the control's interval.
@@ -364,13 +364,13 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
         self.progress.clock += dt;
         self.progress.last_step = dt;
         self.progress.substeps += 1;
-        self.bring_back_strays(parallel);
+        let is_suspicious = self.bring_back_strays(parallel);
         if self.progress.travel > SORT_TRAVEL {
             self.sort();
         }
         self.control_locking();
         self.conduct_heat();
-        self.watch_energy()
+        self.watch_energy(is_suspicious)
     }
 
     /// Courant number times cell over wave speed plus speed of points and tool.
