@@ -334,7 +334,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         let (count, taken) = self.strays.bring_back(&mut self.partition, &self.shape, density);
         self.progress.stray_velocities += count;
         self.progress.ledger.damping += taken;
-        count as f64 > strays::SUSPICIOUS * self.points() as f64
+        count > 0 && count as f64 > strays::SUSPICIOUS * self.points() as f64
     }
 
     /// Looks after volumetric locking each time the points have moved by the control's interval.
