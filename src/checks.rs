@@ -1,5 +1,6 @@
 //! What a scene may not ask for: values that do not belong together, and what this version does not have.
 
+use crate::dimension::{PlaneStrain, ThreeDimensional};
 use crate::error::Error;
 use crate::levels;
 use crate::material::library;
@@ -7,6 +8,8 @@ use crate::price_list;
 use crate::scene::{
     ContactChoice, DimensionChoice, Heat, Law, Precision, Scene, SceneKind, ShapeChoice, TransferChoice,
 };
+use crate::shape::Gimp;
+use crate::stability;
 
 /// Checks what belongs together and refuses what this version does not have; fills in a library material's constants.
 ///
@@ -14,6 +17,7 @@ use crate::scene::{
 /// `Error::NotAvailable`, `Error::Inconsistent` or `Error::OutOfRange`, naming the variable.
 pub fn check(scene: &Scene) -> Result<Scene, Error> {
     refuse_missing(scene)?;
+    let asked_courant = scene.numerics.courant;
     let mut resolved = scene.clone();
     price_list::take_preset(&mut resolved);
     levels::pull(&mut resolved);
@@ -71,11 +75,45 @@ pub fn check(scene: &Scene) -> Result<Scene, Error> {
             "numerics.shape_function = linear goes with numerics.precision = double and numerics.speed = exact only".into(),
         ));
     }
+    limit_courant(&mut resolved, asked_courant)?;
     check_contact(&resolved)?;
     check_affine(&resolved)?;
     refuse_rare(&resolved)?;
-    check_feed(scene, scene.inputs.feed)?;
+    check_feed(&resolved, resolved.inputs.feed)?;
     Ok(resolved)
+}
+
+/// Keeps the Courant number within the scheme's limit; one set by hand that is above it is refused.
+fn limit_courant(scene: &mut Scene, asked: f64) -> Result<(), Error> {
+    let limit = courant_limit(scene);
+    if asked > limit && asked != Scene::default().numerics.courant {
+        return Err(Error::Inconsistent(format!(
+            "numerics.courant = {asked} is above the stability limit of the scheme, {limit:.4} with \
+             material.poissons_ratio = {} and numerics.points_per_cell_edge = {}",
+            scene.material.constants.poissons_ratio, scene.numerics.points_per_cell_edge
+        )));
+    }
+    scene.numerics.courant = scene.numerics.courant.min(limit);
+    Ok(())
+}
+
+/// The largest Courant number (-) at which a workpiece of the scene's material is stable (`stability`).
+pub fn courant_limit(scene: &Scene) -> f64 {
+    // Cells along each edge of a block whose corners know little of one another.
+    const PLANE: [usize; 3] = [6, 6, 1];
+    const SPACE: [usize; 3] = [4, 4, 4];
+    let (per_edge, ratio) = (scene.numerics.points_per_cell_edge, scene.material.constants.poissons_ratio);
+    let shape = Gimp::new(per_edge);
+    match (scene.numerics.shape_function, scene.numerics.dimension) {
+        // Its slopes jump where a point crosses a face, and no step is short enough; the variable's own range has to do.
+        (ShapeChoice::Linear, _) => f64::INFINITY,
+        (ShapeChoice::Gimp, DimensionChoice::PlaneStrain) => {
+            stability::largest_courant::<PlaneStrain, _>(&shape, per_edge, PLANE, ratio)
+        }
+        (ShapeChoice::Gimp, DimensionChoice::ThreeDimensional) => {
+            stability::largest_courant::<ThreeDimensional, _>(&shape, per_edge, SPACE, ratio)
+        }
+    }
 }
 
 /// Refuses what the paper's own contact laws do not go with.

@@ -7,6 +7,7 @@ pub mod simd;
 pub mod bulk;
 pub mod dimension;
 pub mod shape;
+pub mod stability;
 pub mod scene;
 pub mod tool_shape;
 pub mod points;

@@ -176,7 +176,7 @@ fn methods(common: &[f64], all: &[f64]) -> Vec<Method> {
         line("shape linear", common, false, &[("numerics.shape_function", "linear")]),
         line("no locking control", common, false, &[("effects.volumetric_locking_control", "false")]),
         line("Courant 0.25", common, true, &[("numerics.courant", "0.25")]),
-        line("Courant 0.6", common, true, &[("numerics.courant", "0.6")]),
+        line("Courant 0.54", common, true, &[("numerics.courant", "0.54")]),
         line("single precision", all, true, &[("numerics.precision", "single")]),
         line("speed balanced", all, true, &[("numerics.speed", "balanced")]),
         line("speed fast", all, true, &[("numerics.speed", "fast")]),
