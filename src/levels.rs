@@ -7,7 +7,7 @@
 //! | fast | single | 0.54 | 2 feeds ahead | automatic, 1 % of the cutting force |
 //!
 //! A level sets a parameter that stands at its start value; one that was set by hand keeps what it was set to. A Courant number
-//! that was not set by hand ends at the scheme's limit for the material (`stability`), 0.549 for the reference cut. What each
+//! that was not set by hand ends at the scheme's limit for the material (`stability`), 0.5485 for the reference cut. What each
 //! level costs in accuracy is measured in the README.
 
 use crate::price_list::PRESETS;

@@ -17,19 +17,18 @@
 //! off them with the first wave, so this is the limit that counts. Long waves are damped by what P takes, at any step
 //! below the limit. Where a transfer gives nodes more of the points' velocities back (APIC), the limit is higher.
 //!
-//! λ is found by power iteration, and read off as the Rayleigh quotient in the scalar product of K, in which the operator is its own
-//! adjoint: the error is the square of that of the vector.
+//! In the scalar product of K the operator is its own adjoint; λ is found by Lanczos' method there, which needs K u and little
+//! else (Lanczos, 1950; without orthogonalising again, since copies of λ do no harm).
 
 use crate::dimension::Dimension;
 use crate::shape::ShapeFunction;
 use crate::simd::{Array, Vector};
+use nalgebra::DMatrix;
 
 /// How much longer than at rest the block is (-): its points reach into the cells around it, but hardly.
 const STRETCH: f64 = 1e-6;
-/// Change of the eigenvalue per iteration, over itself, at which it is known well enough (-).
-const TOLERANCE: f64 = 1e-6;
-/// Iterations after which it is taken as it is.
-const MOST_ITERATIONS: u32 = 1000;
+/// Most vectors of Lanczos' method; with these the limits of all materials are right to four digits (tests).
+const STEPS: usize = 60;
 
 /// A point's share in a node.
 #[derive(Clone, Copy)]
@@ -51,25 +50,40 @@ pub fn largest_courant<D: Dimension, F: ShapeFunction<f64>>(
     poissons_ratio: f64,
 ) -> f64 {
     let block = Block::<D>::new(shape, per_edge as usize, cells, poissons_ratio);
-    // Any start that is no eigenvector of another value.
-    let mut waves: Vec<[f64; 3]> = (0..block.mass.len())
-        .map(|k| std::array::from_fn(|axis| ((7 * k + 3 * axis) as f64).sin()))
-        .collect();
-    let mut value = 0.0;
-    for _ in 0..MOST_ITERATIONS {
-        let force = block.force(&waves);
-        let next = block.step(&force);
-        let product = |other: &[[f64; 3]]| -> f64 {
-            force.iter().zip(other).flat_map(|(f, u)| (0..3).map(move |axis| f[axis] * u[axis])).sum()
-        };
-        let before = std::mem::replace(&mut value, product(&next) / product(&waves));
-        if (value - before).abs() < TOLERANCE * value {
+    let product = |a: &[[f64; 3]], b: &[[f64; 3]]| -> f64 {
+        a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| a * b).sum()
+    };
+    // Any start that is no eigenvector of another value; its axes beyond the dimension's are never looked at.
+    let nodes = block.mass.len();
+    let mut wave: Vec<[f64; 3]> =
+        (0..nodes).map(|k| std::array::from_fn(|axis| ((7 * k + 3 * axis) as f64).sin())).collect();
+    let mut before = vec![[0.0; 3]; nodes];
+    let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
+    let mut size = 0.0;
+    for _ in 0..STEPS.min(nodes) {
+        let mut force = block.force(&wave);
+        let norm = product(&wave, &force).sqrt();
+        if norm <= f64::EPSILON * diagonal.iter().copied().fold(0.0, f64::max) {
             break;
         }
-        let size = next.iter().flatten().fold(0.0_f64, |most, u| most.max(u.abs()));
-        waves = next.iter().map(|u| u.map(|u| u / size)).collect();
+        if !diagonal.is_empty() {
+            beside.push(norm);
+            size = norm;
+        }
+        wave.iter_mut().chain(&mut force).flatten().for_each(|entry| *entry /= norm);
+        let mut next = block.step(&force);
+        let own = product(&force, &next);
+        diagonal.push(own);
+        let entries = next.iter_mut().flatten().zip(wave.iter().flatten()).zip(before.iter().flatten());
+        entries.for_each(|((next, wave), before)| *next -= own * wave + size * before);
+        before = std::mem::replace(&mut wave, next);
     }
-    (2.0 / value).sqrt()
+    let matrix = DMatrix::from_fn(diagonal.len(), diagonal.len(), |row, column| match row.abs_diff(column) {
+        0 => diagonal[row],
+        1 => beside[row.min(column)],
+        _ => 0.0,
+    });
+    (2.0 / matrix.symmetric_eigenvalues().max()).sqrt()
 }
 
 /// What a point has of the nodes along one axis.
@@ -204,7 +218,7 @@ mod tests {
     use super::*;
     use crate::dimension::{PlaneStrain, ThreeDimensional};
     use crate::shape::{Gimp, Linear};
-    use nalgebra::{DMatrix, SymmetricEigen};
+    use nalgebra::SymmetricEigen;
 
     /// The matrices themselves, and all their eigenvalues: with M^(1/2) on both sides I − P/2 and M⁻¹K are symmetric, and
     /// their product has the eigenvalues of Lᵀ K L, L L ᵀ = I − P/2.
@@ -232,21 +246,22 @@ mod tests {
         (2.0 / all.max()).sqrt()
     }
 
-    /// Power iteration finds the largest eigenvalue, in the plane and in space.
+    /// Lanczos' method finds the largest eigenvalue, in the plane and in space.
     #[test]
     fn the_limit_is_that_of_all_eigenvalues() {
         for ratio in [0.0, 0.29, 0.45] {
             let shape = Gimp::new(2);
-            let block = Block::<PlaneStrain>::new(&shape, 2, [4, 3, 1], ratio);
-            let limit = largest_courant::<PlaneStrain, _>(&shape, 2, [4, 3, 1], ratio);
+            let block = Block::<PlaneStrain>::new(&shape, 2, [6, 6, 1], ratio);
+            let limit = largest_courant::<PlaneStrain, _>(&shape, 2, [6, 6, 1], ratio);
             let exact = by_all_eigenvalues(&block);
-            assert!((limit / exact - 1.0).abs() < 1e-3, "ν = {ratio}: {limit}, exact {exact}");
+            println!("ν = {ratio}: {limit:.5}, by all eigenvalues {exact:.5}");
+            assert!((limit / exact - 1.0).abs() < 1e-4, "ν = {ratio}: {limit}, exact {exact}");
         }
         let shape = Gimp::new(2);
         let block = Block::<ThreeDimensional>::new(&shape, 2, [2, 2, 1], 0.3);
         let limit = largest_courant::<ThreeDimensional, _>(&shape, 2, [2, 2, 1], 0.3);
         let exact = by_all_eigenvalues(&block);
-        assert!((limit / exact - 1.0).abs() < 1e-3, "in space: {limit}, exact {exact}");
+        assert!((limit / exact - 1.0).abs() < 1e-4, "in space: {limit}, exact {exact}");
     }
 
     /// What was seen with whole simulations (docs/hard-cases.md): a block at ν = 0.3 holds at 0.55 and not at 0.57, a bar one cell

@@ -2,7 +2,7 @@
 //!
 //! The Courant number ends at 0.6: beyond, no material is stable (`stability`). From 0.61 on the reference cut feeds itself
 //! energy (a ledger off by 2 % and more, at 0.65 by 150 %) and too much plastic strain while the force still looks right.
-//! The limit of the scene's material, 0.549 for steel, is known once the scene is (`checks`).
+//! The limit of the scene's material, 0.5485 for steel, is known once the scene is (`checks`).
 
 use super::units::*;
 use super::{NONE, Variable, choice_parameter, enumerations, integer, parameter, real};
