@@ -98,7 +98,7 @@ fn limit_courant(scene: &mut Scene, asked: f64) -> Result<(), Error> {
 }
 
 /// The largest Courant number (-) at which a workpiece of the scene's material is stable (`stability`).
-pub fn courant_limit(scene: &Scene) -> f64 {
+fn courant_limit(scene: &Scene) -> f64 {
     // Cells along each edge of a block whose corners know little of one another.
     const PLANE: [usize; 3] = [6, 6, 1];
     const SPACE: [usize; 3] = [4, 4, 4];

@@ -1,6 +1,6 @@
 //! Parameters of how a scene is computed.
 //!
-//! The Courant number ends at 0.6: beyond, no material is stable (`stability`). From 0.61 on the reference cut feeds itself
+//! The Courant number ends at 0.6: beyond, no material is stable with two points per cell edge or more (`stability`). From 0.61 on the reference cut feeds itself
 //! energy (a ledger off by 2 % and more, at 0.65 by 150 %) and too much plastic strain while the force still looks right.
 //! The limit of the scene's material, 0.5485 for steel, is known once the scene is (`checks`).
 
@@ -31,7 +31,7 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1303,
         name: "numerics.courant",
-        description: "time step over the time in which sound and material cross a grid cell; above a limit that the material sets, 0.55 for steel, the scheme would gain energy: refused",
+        description: "time step over the time in which sound and material cross a grid cell; above a limit that the material sets, 0.548 for steel, the scheme would gain energy: refused",
         kind: real(&ONE, "", [0.01, 0.6], Some(0.5), parameter!(numerics.courant)),
     },
     Variable {

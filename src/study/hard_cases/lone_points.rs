@@ -52,8 +52,7 @@ pub fn fill(setting: &Setting, sheet: &mut Sheet) {
 }
 
 /// Why the thinnest bar fails.
-const THIN: &str =
-    "so few points leave the lattice that the limit is worked out for; a scene has at least four cells";
+const THIN: &str = "why it fails at its own limit has not been looked into; a scene has at least four cells";
 
 /// A block at ν = 0.3 whose sides lie on lines of nodes, as a workpiece's do, in small vibration: its energy may not grow.
 ///
