@@ -14,7 +14,8 @@
 //! | x | feed times spacing over the area at the start: points that touch the tool, over all |
 //! | κ | sorting, locking control, what yields before the tool |
 //!
-//! The constants ε, κ, λ and ζ are fitted to reference cuts over spacings and speed levels (docs/accuracy.md). A time of this machine under its present load
+//! The constants ε, κ, λ and ζ are fitted to reference cuts over spacings and speed levels (docs/accuracy.md): λ and κ hold what
+//! else a run has and its start has not, such as frozen points that are sorted along. A time of this machine under its present load
 //! is no part of a state, and the only output that two equal runs may differ in.
 
 use crate::composition;
@@ -27,16 +28,16 @@ use std::time::Duration;
 /// Substeps beyond those of the first one's length (-).
 const MORE_SUBSTEPS: f64 = 0.01;
 /// Sorting, locking control and first yield over a substep without them (-): κ.
-const UPKEEP: f64 = 0.45;
+const UPKEEP: f64 = 0.47;
 /// Cost of a chip's point above that of one at rest (-): λ.
-const YIELDING: f64 = 0.75;
+const YIELDING: f64 = 3.4;
 /// Cost of contact for a feed of points, over that of these points at rest (-): ζ.
-const CONTACT: f64 = 60.0;
+const CONTACT: f64 = 166.0;
 /// CPU time of the calibration (s); larger scenes are calibrated on a coarser copy.
 const CALIBRATION: f64 = 0.06;
 /// Batches of the calibration at most (small scenes are known sooner), and substeps of each: the cheapest batch counts, as the
 /// others were disturbed by what else the machine does.
-const BATCHES: usize = 20;
+const BATCHES: usize = 200;
 /// See `BATCHES`.
 const BATCH: usize = 4;
 /// Most points of the calibration: a hundred thousand make 3 ms a substep, and no longer fit any cache.

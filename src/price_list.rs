@@ -5,15 +5,16 @@
 //!
 //! | line | meaning of its bands |
 //! |---|---|
-//! | `spacing` | safety factor times what halving the spacing changes, and the scatter of runs with shifted starts |
+//! | `spacing` | for an effect of heat: safety factor times what halving the spacing changes, and the scatter of runs with shifted starts |
 //! | `speed` | what the speed level changes at equal spacing, at most |
-//! | `preset` | both of them for a preset, beside the CPU time of the reference cut (2 mm of travel) |
+//! | `preset` | both of them for a preset, beside the CPU time of the reference cut over the study's 1.6 mm of travel |
+//! | `preset with conduction` | the same with `effects.heat` = conduction |
 //!
 //! A preset sets a parameter that stands at its start value; one that was set by hand keeps what it was set to, as for the
 //! speed levels. The bands belong to the reference cut. What carries them over to another cut is the number of points
 //! over the feed; other materials, frictions and edges are not covered by a measurement.
 
-use crate::scene::{Accuracy, ContactChoice, Numerics, Scene, Speed, TransferChoice};
+use crate::scene::{Accuracy, ContactChoice, Heat, Numerics, Scene, Speed, TransferChoice};
 use std::sync::OnceLock;
 
 /// Outputs that have a band, in the order of the columns.
@@ -24,6 +25,11 @@ pub const BANDS: [&str; 5] =
 const REFERENCE_FEED: f64 = 3e-4;
 /// A band above this share (-) says only that nothing is known.
 const NOTHING_KNOWN: f64 = 1.0;
+
+/// Kind of a preset's line, with the start value of `effects.heat`.
+pub const PRESET: &str = "preset";
+/// Kind of a preset's line with conduction.
+pub const PRESET_WITH_CONDUCTION: &str = "preset with conduction";
 
 /// What a preset sets.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,13 +64,13 @@ const fn preset(accuracy: Accuracy, name: &'static str, point_spacing: f64, spee
 /// One line of the list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Price {
-    /// `spacing`, `speed` or `preset`.
+    /// `spacing`, `speed`, `PRESET` or `PRESET_WITH_CONDUCTION`.
     pub kind: String,
-    /// The level's or the preset's name; empty for a spacing.
+    /// The level's or the preset's name; for a spacing that of the effect of heat.
     pub name: String,
     /// Distance between points (m); 0 where the line holds for any.
     pub point_spacing: f64,
-    /// CPU time of the reference cut over 2 mm of travel (s); 0 where it means nothing.
+    /// CPU time of the reference cut over 1.6 mm of travel (s); 0 where it means nothing.
     pub cpu_seconds: f64,
     /// Bands (-) in the order of `BANDS`.
     pub bands: [f64; 5],
@@ -149,9 +155,11 @@ fn band(prices: &[Price], scene: &Scene, feed: f64) -> f64 {
         return NOTHING_KNOWN;
     }
     let spacing = scene.numerics.point_spacing * REFERENCE_FEED / feed;
+    // A scene without heat has no layer that heat could soften; nothing was measured, and the adiabatic bands are the wider ones.
+    let heat = if scene.effects.heat == Heat::Conduction { "conduction" } else { "adiabatic" };
     let mut known: Vec<(f64, f64)> = prices
         .iter()
-        .filter(|price| price.kind == "spacing")
+        .filter(|price| price.kind == "spacing" && price.name == heat)
         .map(|price| (price.point_spacing, price.bands[0]))
         .collect();
     known.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -185,8 +193,9 @@ mod tests {
             bands: [band; 5],
         };
         vec![
-            line("spacing", "", 4e-5, 0.16),
-            line("spacing", "", 1e-5, 0.04),
+            line("spacing", "adiabatic", 4e-5, 0.16),
+            line("spacing", "adiabatic", 1e-5, 0.04),
+            line("spacing", "conduction", 1e-5, 0.01),
             line("speed", "fast", 0.0, 0.02),
         ]
     }
@@ -198,9 +207,14 @@ mod tests {
             let found = prices().iter().any(|price| price.kind == kind && price.name == name);
             assert!(found, "no {kind} '{name}' in the price list");
         };
-        PRESETS.iter().for_each(|preset| named("preset", preset.name));
+        for preset in PRESETS {
+            [PRESET, PRESET_WITH_CONDUCTION].iter().for_each(|kind| named(kind, preset.name));
+        }
         ["balanced", "fast"].iter().for_each(|level| named("speed", level));
-        assert!(prices().iter().filter(|price| price.kind == "spacing").count() >= 3);
+        for heat in ["adiabatic", "conduction"] {
+            let of_heat = |price: &&Price| price.kind == "spacing" && price.name == heat;
+            assert!(prices().iter().filter(of_heat).count() >= 3, "{heat}");
+        }
         assert!(prices().iter().all(|price| price.bands.iter().all(|band| *band >= 0.0)), "{:?}", prices());
         let text = prices().iter().map(Price::line).collect::<Vec<_>>().join("\n");
         assert_eq!(read(&format!("{HEAD}\n{text}\n")).unwrap(), prices());
@@ -226,6 +240,9 @@ mod tests {
             let band = at(spacing, feed, speed);
             assert!((band - expected).abs() < 1e-12, "{band} at spacing {spacing}, feed {feed}, {speed:?}");
         }
+        (scene.numerics.point_spacing, scene.numerics.speed) = (1e-5, Speed::Exact);
+        scene.effects.heat = Heat::Conduction;
+        assert_eq!(band(&list(), &scene, 3e-4), 0.01, "conduction has its own line");
         scene.numerics.contact = ContactChoice::Distance;
         assert_eq!(band(&list(), &scene, 3e-4), 1.0, "nothing was measured under this law");
     }

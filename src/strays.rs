@@ -94,9 +94,12 @@ impl StrayVelocities {
         }
         self.make_room(layout.nodes());
         for chunk in chunks.iter() {
-            for stray in &chunk.strays {
-                let points = chunk.blocks[stray.block].places();
-                self.collect(layout, &points, shape, stray, density, incoming);
+            for strays in chunk.strays.chunk_by(|one, next| one.block == next.block) {
+                let points = chunk.blocks[strays[0].block].places();
+                let weights = Stencils::of(&points, shape);
+                for stray in strays {
+                    self.collect(layout, (&points, &weights), stray, density, incoming);
+                }
             }
         }
         for share in &mut self.shares {
@@ -119,16 +122,14 @@ impl StrayVelocities {
     }
 
     /// Gives the excess of a stray to the nodes around it.
-    fn collect<R: Real, D: Dimension, F: ShapeFunction<R>>(
+    fn collect<R: Real, D: Dimension>(
         &mut self,
         layout: &Layout,
-        points: &Places<'_, R, D>,
-        shape: &F,
+        (points, weights): (&Places<'_, R, D>, &Stencils),
         stray: &Stray,
         density: f64,
         deposits: &[NodeRun<R>],
     ) {
-        let weights = Stencils::of(points, shape);
         let mass = density * points.volume[stray.lane].to_f64();
         for_each_node::<D>(layout, &points.node_of(stray.lane), |node, places| {
             let weight = weights.weight::<D>(stray.lane, &places);

@@ -50,9 +50,10 @@ pub fn with_price_list(page: &str, list: &str) -> Outcome<String> {
         columns.get(4..).filter(|outputs| !outputs.is_empty()).ok_or("price_list.csv has no head")?;
     let heads: String = outputs.iter().map(|name| format!("<th><code>{name}</code></th>")).collect();
     let mut rows = String::new();
-    for line in lines.filter(|line| line.starts_with("preset,")) {
+    for line in lines.filter(|line| line.starts_with("preset")) {
         let fields: Vec<&str> = line.split(',').collect();
-        let [_, name, numbers @ ..] = fields.as_slice() else { continue };
+        let [kind, name, numbers @ ..] = fields.as_slice() else { continue };
+        let heat = kind.strip_prefix("preset").unwrap_or_default();
         let numbers: Option<Vec<f64>> = numbers.iter().map(|text| text.parse().ok()).collect();
         let numbers = numbers.filter(|numbers| numbers.len() == outputs.len() + 2);
         let numbers = numbers.ok_or_else(|| format!("price_list.csv cannot be read at '{line}'"))?;
@@ -60,7 +61,7 @@ pub fn with_price_list(page: &str, list: &str) -> Outcome<String> {
             numbers[2..].iter().map(|band| format!("<td>&plusmn;{:.1} %</td>", 100.0 * band)).collect();
         let (spacing, seconds) = (1e6 * numbers[0], numbers[1]);
         rows.push_str(&format!(
-            "<tr><td><code>{name}</code></td><td>{spacing:.0} &micro;m</td><td>{seconds:.1} s</td>{bands}</tr>\n"
+            "<tr><td><code>{name}</code>{heat}</td><td>{spacing:.0} &micro;m</td><td>{seconds:.1} s</td>{bands}</tr>\n"
         ));
     }
     let head = format!("<tr><th>preset</th><th>spacing</th><th>CPU time</th>{heads}</tr>");
@@ -132,10 +133,12 @@ mod tests {
     #[test]
     fn presets_become_lines_of_the_price_list() {
         let list = "# remark\nkind,name,point_spacing,cpu_seconds,cutting_force,thrust_force\n\
-            spacing,,1e-5,20.0,0.5,0.5\npreset,fine,1e-5,6.23,0.0512,0.2\n";
+            spacing,,1e-5,20.0,0.5,0.5\npreset,fine,1e-5,6.23,0.0512,0.2\n\
+            preset with conduction,fine,1e-5,7.0,0.04,0.1\n";
         let page = with_price_list("<p>before</p><!-- price list -->", list).unwrap();
         let line = "<tr><td><code>fine</code></td><td>10 &micro;m</td><td>6.2 s</td><td>&plusmn;5.1 %</td><td>&plusmn;20.0 %</td></tr>";
-        assert!(page.contains(line) && page.matches("<tr>").count() == 2, "{page}");
+        assert!(page.contains(line) && page.matches("<tr>").count() == 3, "{page}");
+        assert!(page.contains("<code>fine</code> with conduction</td>"), "{page}");
         assert!(with_price_list("<p>no mark</p>", list).is_err());
         assert!(with_price_list(PRICE_MARK, &list.replace("6.23", "cheap")).is_err());
     }

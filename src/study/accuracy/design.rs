@@ -1,9 +1,11 @@
 //! What the work–precision study runs.
 //!
 //! No full factorial (shape × transfer × contact × spacing × Courant × precision × speed would be 3,000 cuts) but lines
-//! around the default method: each changes one thing, or one pair that belongs together, and is followed over the
+//! around the default method: each changes one thing and is followed over the
 //! spacings 40, 20 and 10 µm. The finest, 5 µm, costs as much as all others together: only lines that could lie on the
-//! front there have it. The default line is run from several starts, shifted by parts of a cell, which gives the scatter.
+//! front there have it. Two lines are judged for convergence, each against its own finest run: the default one, adiabatic, and
+//! the same cut with conduction, whose layer at the rake face has a thickness of its own. They are run from several starts,
+//! shifted by parts of a cell, which gives the scatter.
 
 use super::queue::Task;
 use super::run::{Problem, Settings, set};
@@ -20,6 +22,9 @@ pub struct Method {
     pub spacings: Vec<f64>,
     /// Which of the two panels shows it: schemes, or levers of speed.
     pub is_lever: bool,
+    /// The effect of heat whose convergence it shows: such a line is run from several starts, and its errors are against its
+    /// own finest run. Errors of the others are against that of the first line.
+    pub heat: Option<&'static str>,
 }
 
 /// The whole study.
@@ -31,7 +36,7 @@ pub struct Design {
     pub span: [f64; 2],
     /// The lines; the first is the default.
     pub methods: Vec<Method>,
-    /// Number of shifted starts of the default line, per spacing.
+    /// Number of shifted starts of the lines judged for convergence, per spacing.
     pub starts: Vec<usize>,
     /// Cells of the manufactured solution.
     pub axis_aligned: Vec<i32>,
@@ -51,7 +56,7 @@ impl Design {
             base: vec![],
             span: [1.0e-3, 1.6e-3],
             methods: methods(&common, &all),
-            starts: vec![4, 4, 4, 3],
+            starts: vec![4, 4, 4, 2],
             axis_aligned: vec![8, 16, 32, 64],
             piston: vec![50, 100, 200],
         }
@@ -89,15 +94,21 @@ impl Design {
         Problem::Cut { settings: all, span }
     }
 
-    /// Shifts (cells) of the default line's starts at its `k`-th spacing.
-    pub fn shifts(&self, k: usize) -> Vec<f64> {
-        let count = self.starts.get(k).copied().unwrap_or(1);
+    /// Shifts (cells) of a line's starts at its `k`-th spacing.
+    pub fn shifts(&self, method: &Method, k: usize) -> Vec<f64> {
+        let starts = self.starts.get(k).copied().unwrap_or(1);
+        let count = if method.heat.is_some() { starts } else { 1 };
         (0..count).map(|j| j as f64 / count as f64).collect()
     }
 
     /// The cut of a preset, as a user names it.
-    pub fn preset(&self, name: &str) -> Problem {
-        self.cut(&[set("numerics.accuracy", name)], None, 0.0)
+    pub fn preset(&self, name: &str, heat: &str) -> Problem {
+        self.cut(&[set("numerics.accuracy", name), set("effects.heat", heat)], None, 0.0)
+    }
+
+    /// The lines judged for convergence, with their effect of heat.
+    pub fn judged(&self) -> impl Iterator<Item = (&'static str, &Method)> {
+        self.methods.iter().filter_map(|method| Some((method.heat?, method)))
     }
 
     /// Lines of the verification problems: problem, method and its runs from coarse to fine.
@@ -124,10 +135,9 @@ impl Design {
     /// Every run.
     pub fn tasks(&self) -> Vec<Task> {
         let mut tasks = Vec::new();
-        for (index, method) in self.methods.iter().enumerate() {
+        for method in &self.methods {
             for (k, &spacing) in method.spacings.iter().enumerate() {
-                let shifts = if index == 0 { self.shifts(k) } else { vec![0.0] };
-                for shift in shifts {
+                for shift in self.shifts(method, k) {
                     let start = if shift > 0.0 {
                         format!("; start shifted by {shift:.2} cells")
                     } else {
@@ -138,13 +148,13 @@ impl Design {
                 }
             }
         }
-        for preset in PRESETS {
-            // Presets belong to the reference cut: the quick study does not pay for them.
-            if self.base.is_empty() {
-                tasks.push(Task {
-                    label: format!("preset {}", preset.name),
-                    problem: self.preset(preset.name),
-                });
+        for (heat, _) in self.judged() {
+            for preset in PRESETS {
+                // Presets belong to the reference cut: the quick study does not pay for them.
+                if self.base.is_empty() {
+                    let label = format!("preset {}; {heat}", preset.name);
+                    tasks.push(Task { label, problem: self.preset(preset.name, heat) });
+                }
             }
         }
         for (problem, method, runs) in self.verification() {
@@ -167,9 +177,15 @@ fn methods(common: &[f64], all: &[f64]) -> Vec<Method> {
         settings: settings.iter().map(|(name, value)| set(name, value)).collect(),
         spacings: spacings.to_vec(),
         is_lever,
+        heat: None,
+    };
+    let judged = |name, heat: &'static str, settings: &[_]| Method {
+        heat: Some(heat),
+        ..line(name, all, false, settings)
     };
     vec![
-        line("default", all, false, &[]),
+        judged("default", "adiabatic", &[]),
+        judged("conduction", "conduction", &[("effects.heat", "conduction")]),
         line("transfer apic", all, false, &[("numerics.transfer", "apic")]),
         line("contact distance", common, false, &[("numerics.contact", "distance")]),
         line("contact velocity", common, false, &[("numerics.contact", "velocity")]),
@@ -180,12 +196,6 @@ fn methods(common: &[f64], all: &[f64]) -> Vec<Method> {
         line("single precision", all, true, &[("numerics.precision", "single")]),
         line("speed balanced", all, true, &[("numerics.speed", "balanced")]),
         line("speed fast", all, true, &[("numerics.speed", "fast")]),
-        line(
-            "apic and balanced",
-            common,
-            true,
-            &[("numerics.transfer", "apic"), ("numerics.speed", "balanced")],
-        ),
     ]
 }
 
@@ -200,8 +210,8 @@ mod tests {
         let fine = PRESETS.iter().find(|preset| preset.name == "fine").unwrap();
         let level = crate::scene::Speed::ALL.iter().find(|(_, speed)| *speed == fine.speed).unwrap().0;
         let same = design.cut(&[set("numerics.speed", level)], Some(fine.point_spacing), 0.0);
-        assert_eq!(design.preset("fine").identity(), same.identity());
+        assert_eq!(design.preset("fine", "adiabatic").identity(), same.identity());
         let shifted = design.cut(&[set("numerics.speed", level)], Some(fine.point_spacing), 0.25);
-        assert_ne!(design.preset("fine").identity(), shifted.identity());
+        assert_ne!(design.preset("fine", "adiabatic").identity(), shifted.identity());
     }
 }

@@ -6,7 +6,7 @@ use super::run::{Ending, Measured, Problem};
 use super::store::Store;
 use crate::Error;
 use crate::plot::{Chart, Provenance, draw_charts};
-use crate::price_list::{PRESETS, Price};
+use crate::price_list::{PRESET, PRESET_WITH_CONDUCTION, PRESETS, Price};
 use crate::scene::Speed;
 use crate::study::verification::report::{line, logarithms, panel};
 use std::fmt::Write;
@@ -25,25 +25,45 @@ const OUTPUTS: [(&str, &str, f64); 5] = [
 pub struct Report<'a> {
     design: &'a Design,
     store: &'a Store,
-    /// Convergence of each output on the default line; none while runs of it are missing.
-    convergence: Option<Vec<Convergence>>,
+    /// The lines judged for convergence whose runs are there, the default one first.
+    judged: Vec<Judged>,
+}
+
+/// A line judged for convergence.
+struct Judged {
+    /// Its effect of heat.
+    heat: &'static str,
+    /// Its name.
+    name: &'static str,
+    /// Spacings with the runs of all starts that went to their end.
+    stations: Vec<(f64, Vec<Measured>)>,
+    /// Convergence of each output.
+    convergence: Vec<Convergence>,
+}
+
+impl Judged {
+    /// Values at the finest spacing.
+    fn finest(&self) -> [f64; 5] {
+        std::array::from_fn(|k| self.convergence[k].means[self.stations.len() - 1])
+    }
 }
 
 impl<'a> Report<'a> {
     /// Reads the finished runs.
     pub fn new(design: &'a Design, store: &'a Store) -> Self {
-        let mut report = Report { design, store, convergence: None };
-        report.convergence = report.stations().map(|stations| {
-            (0..OUTPUTS.len())
-                .map(|k| {
-                    let of = |s: &(f64, Vec<Measured>)| Station {
-                        spacing: s.0,
-                        values: s.1.iter().map(|m| m.outputs[k]).collect(),
-                    };
-                    judge(&stations.iter().map(of).collect::<Vec<_>>())
-                })
-                .collect()
-        });
+        let mut report = Report { design, store, judged: Vec::new() };
+        for (heat, method) in design.judged() {
+            let Some(stations) = report.stations(method) else { continue };
+            let convergence = (0..OUTPUTS.len()).map(|k| {
+                let of = |s: &(f64, Vec<Measured>)| Station {
+                    spacing: s.0,
+                    values: s.1.iter().map(|m| m.outputs[k]).collect(),
+                };
+                judge(&stations.iter().map(of).collect::<Vec<_>>())
+            });
+            let convergence = convergence.collect();
+            report.judged.push(Judged { heat, name: method.name, stations, convergence });
+        }
         report
     }
 
@@ -55,16 +75,15 @@ impl<'a> Report<'a> {
         self.ending(problem).and_then(Ending::measured)
     }
 
-    /// The default line: spacings with the runs of all starts that went to their end.
-    fn stations(&self) -> Option<Vec<(f64, Vec<Measured>)>> {
-        let default = self.design.methods.first()?;
+    /// Spacings of a line with the runs of all starts that went to their end; `None` where a spacing has none.
+    fn stations(&self, method: &Method) -> Option<Vec<(f64, Vec<Measured>)>> {
         let mut stations = Vec::new();
-        for (k, &spacing) in default.spacings.iter().enumerate() {
-            let shifts = self.design.shifts(k);
+        for (k, &spacing) in method.spacings.iter().enumerate() {
+            let shifts = self.design.shifts(method, k);
             let runs: Vec<Measured> = shifts
                 .iter()
                 .filter_map(|&shift| {
-                    self.measured(&self.design.cut(&default.settings, Some(spacing), shift)).cloned()
+                    self.measured(&self.design.cut(&method.settings, Some(spacing), shift)).cloned()
                 })
                 .collect();
             if runs.is_empty() {
@@ -75,10 +94,10 @@ impl<'a> Report<'a> {
         (stations.len() >= 2).then_some(stations)
     }
 
-    /// Values at the finest spacing of the default line, which errors refer to.
-    fn reference(&self) -> Option<[f64; 5]> {
-        let convergence = self.convergence.as_ref()?;
-        Some(std::array::from_fn(|k| convergence[k].means[convergence[k].means.len() - 1]))
+    /// Values that errors of a method refer to: the finest of its own line where that is judged, of the default line otherwise.
+    fn reference(&self, method: &Method) -> Option<[f64; 5]> {
+        let heat = method.heat.or(self.design.methods.first()?.heat)?;
+        self.judged.iter().find(|line| line.heat == heat).map(Judged::finest)
     }
 
     /// The runs of a method: spacing and how each ended.
@@ -94,8 +113,8 @@ impl<'a> Report<'a> {
             "| method | spacing (µm) | CPU (s) | over estimate | cutting force (N/mm) | its error | thrust | chip thickness | chip heating | p99.9 strain | ledger |\n\
              |---|---|---|---|---|---|---|---|---|---|---|\n",
         );
-        let reference = self.reference();
         for method in &self.design.methods {
+            let reference = self.reference(method);
             for (spacing, ending) in self.line_of(method) {
                 let head = format!("| {} | {} |", method.name, micrometres(spacing));
                 let _ = match ending {
@@ -150,77 +169,96 @@ impl<'a> Report<'a> {
 
     /// Values, scatter and band of every output over the spacings.
     pub fn convergence(&self) -> String {
-        let (Some(convergence), Some(stations)) = (&self.convergence, self.stations()) else {
+        if self.judged.is_empty() {
             return "The default line is not complete.\n".into();
-        };
-        let mut text = String::from("| output |");
-        for (spacing, runs) in &stations {
-            let _ = write!(text, " {} µm ({} starts) |", micrometres(*spacing), runs.len());
         }
-        text.push_str(" verdict |\n|---|");
-        text.push_str(&"---|".repeat(stations.len() + 1));
-        text.push('\n');
-        for ((name, unit, factor), c) in OUTPUTS.iter().zip(convergence) {
-            let _ = write!(text, "| {name} ({}) |", if unit.is_empty() { "-" } else { unit });
-            for k in 0..c.means.len() {
-                let (mean, scatter) = (factor * c.means[k], factor * c.scatter[k]);
-                let _ = write!(text, " {} ± {}, band {} |", three(mean), three(scatter), band(c.bands[k]));
+        let mut text = String::new();
+        for line in &self.judged {
+            let _ = write!(text, "The line `{}`:\n\n| output |", line.name);
+            for (spacing, runs) in &line.stations {
+                let _ = write!(text, " {} µm ({} starts) |", micrometres(*spacing), runs.len());
             }
-            let _ = writeln!(text, " {} |", c.verdict);
+            text.push_str(" verdict |\n|---|");
+            text.push_str(&"---|".repeat(line.stations.len() + 1));
+            text.push('\n');
+            for ((name, unit, factor), c) in OUTPUTS.iter().zip(&line.convergence) {
+                let _ = write!(text, "| {name} ({}) |", if unit.is_empty() { "-" } else { unit });
+                for k in 0..c.means.len() {
+                    let (mean, scatter) = (factor * c.means[k], factor * c.scatter[k]);
+                    let _ =
+                        write!(text, " {} ± {}, band {} |", three(mean), three(scatter), band(c.bands[k]));
+                }
+                let _ = writeln!(text, " {} |", c.verdict);
+            }
+            text.push('\n');
         }
         text
     }
 
     /// The price list: spacings, speed levels and presets. `None` while runs that it needs are missing.
     pub fn prices(&self) -> Option<Vec<Price>> {
-        let convergence = self.convergence.as_ref()?;
-        let stations = self.stations()?;
-        let reference = self.reference()?;
+        let default = self.judged.first()?;
         let mut prices = Vec::new();
-        let of_spacing = |k: usize| std::array::from_fn(|output| convergence[output].bands[k]);
-        for (k, (spacing, runs)) in stations.iter().enumerate() {
-            let cpu_seconds = runs.iter().map(|m| m.cpu_seconds).sum::<f64>() / runs.len() as f64;
-            let (kind, name) = ("spacing".to_owned(), String::new());
-            prices.push(Price { kind, name, point_spacing: *spacing, cpu_seconds, bands: of_spacing(k) });
+        for line in &self.judged {
+            for (k, (point_spacing, runs)) in line.stations.iter().enumerate() {
+                let cpu_seconds = runs.iter().map(|m| m.cpu_seconds).sum::<f64>() / runs.len() as f64;
+                prices.push(Price {
+                    kind: "spacing".into(),
+                    name: line.heat.into(),
+                    point_spacing: *point_spacing,
+                    cpu_seconds,
+                    bands: line.convergence.iter().map(|c| c.bands[k]).collect::<Vec<_>>().try_into().ok()?,
+                });
+            }
         }
         for level in ["balanced", "fast"] {
-            let method = self.design.methods.iter().find(|m| m.name == format!("speed {level}"))?;
-            let mut bands = [0.0_f64; 5];
-            for (spacing, ending) in self.line_of(method) {
-                let exact = self.measured(&self.design.cut(&[], Some(spacing), 0.0));
-                // A study that was ended early lacks the finest.
-                let (Some(measured), Some(exact)) = (ending.and_then(Ending::measured), exact) else {
-                    continue;
-                };
-                for k in 0..5 {
-                    let change = (measured.outputs[k] - exact.outputs[k]).abs() / reference[k].abs();
-                    bands[k] = bands[k].max(change);
-                }
-            }
+            let bands = self.level_bands(level, &default.finest())?;
             let (kind, name) = ("speed".to_owned(), level.to_owned());
             prices.push(Price { kind, name, point_spacing: 0.0, cpu_seconds: 0.0, bands });
         }
-        for preset in PRESETS {
-            let Some(k) = stations.iter().position(|station| station.0 == preset.point_spacing) else {
-                continue;
-            };
-            // A preset without levers is the default line, whichever of its starts has run.
-            let of_starts = (preset.speed == Speed::Exact).then_some(prices[k].cpu_seconds);
-            let own = self.measured(&self.design.preset(preset.name)).map(|measured| measured.cpu_seconds);
-            let Some(cpu_seconds) = own.or(of_starts) else { continue };
-            let level = Speed::ALL.iter().find(|(_, speed)| *speed == preset.speed)?.0;
-            let of_level =
-                prices.iter().find(|price| price.name == level).map_or([0.0; 5], |price| price.bands);
-            let spacing: [f64; 5] = of_spacing(k);
-            prices.push(Price {
-                kind: "preset".into(),
-                name: preset.name.into(),
-                point_spacing: preset.point_spacing,
-                cpu_seconds,
-                bands: std::array::from_fn(|output| spacing[output] + of_level[output]),
+        for line in &self.judged {
+            let presets = PRESETS.iter().filter_map(|preset| {
+                let own = self.measured(&self.design.preset(preset.name, line.heat))?;
+                let of_spacing = prices
+                    .iter()
+                    .find(|price| price.name == line.heat && price.point_spacing == preset.point_spacing)?;
+                let level = Speed::ALL.iter().find(|(_, speed)| *speed == preset.speed)?.0;
+                let of_level =
+                    prices.iter().find(|price| price.name == level).map_or([0.0; 5], |price| price.bands);
+                Some(Price {
+                    kind: if line.heat == default.heat {
+                        PRESET.into()
+                    } else {
+                        PRESET_WITH_CONDUCTION.into()
+                    },
+                    name: preset.name.into(),
+                    point_spacing: preset.point_spacing,
+                    cpu_seconds: own.cpu_seconds,
+                    bands: std::array::from_fn(|output| of_spacing.bands[output] + of_level[output]),
+                })
             });
+            let presets: Vec<Price> = presets.collect();
+            prices.extend(presets);
         }
         Some(prices)
+    }
+
+    /// What a speed level changes at most at the spacings where it ran beside the default line, over `reference` (-).
+    fn level_bands(&self, level: &str, reference: &[f64; 5]) -> Option<[f64; 5]> {
+        let method = self.design.methods.iter().find(|m| m.name == format!("speed {level}"))?;
+        let mut bands = [0.0_f64; 5];
+        for (spacing, ending) in self.line_of(method) {
+            let exact = self.measured(&self.design.cut(&[], Some(spacing), 0.0));
+            // A study that was ended early lacks the finest.
+            let (Some(measured), Some(exact)) = (ending.and_then(Ending::measured), exact) else {
+                continue;
+            };
+            for k in 0..5 {
+                let change = (measured.outputs[k] - exact.outputs[k]).abs() / reference[k].abs();
+                bands[k] = bands[k].max(change);
+            }
+        }
+        Some(bands)
     }
 
     /// Draws the Pareto plots into a folder.
@@ -229,8 +267,8 @@ impl<'a> Report<'a> {
     /// `Error::File` when a picture cannot be written.
     pub fn draw(&self, folder: &Path) -> Result<(), Error> {
         let provenance = Provenance::default();
-        if let Some(reference) = self.reference() {
-            let charts = [false, true].map(|is_lever| self.chart(is_lever, reference[0]));
+        if !self.judged.is_empty() {
+            let charts = [false, true].map(|is_lever| self.chart(is_lever));
             let title = "Reference cut: error of the cutting force over CPU time";
             draw_charts(
                 &folder.join("pareto_cut.png"),
@@ -255,12 +293,17 @@ impl<'a> Report<'a> {
     }
 
     /// One panel: schemes, or levers of speed; the default line stands in both.
-    fn chart(&self, is_lever: bool, reference: f64) -> Chart {
+    fn chart(&self, is_lever: bool) -> Chart {
         let shown = |(index, method): &(usize, &Method)| *index == 0 || method.is_lever == is_lever;
         let lines = self.design.methods.iter().enumerate().filter(shown).filter_map(|(_, method)| {
-            let points = self.line_of(method).into_iter().filter_map(|(_, ending)| {
+            let reference = self.reference(method)?[0];
+            let mut runs = self.line_of(method);
+            if method.heat.is_some() {
+                // Its finest run is the reference itself, whose error says nothing.
+                runs.pop();
+            }
+            let points = runs.into_iter().filter_map(|(_, ending)| {
                 let m = ending.and_then(Ending::measured)?;
-                // The finest default run is the reference within its scatter: an error of 0 has no logarithm.
                 let error = 100.0 * (m.outputs[0] / reference - 1.0).abs();
                 Some((m.cpu_seconds, error.max(0.01)))
             });
@@ -270,19 +313,23 @@ impl<'a> Report<'a> {
         panel("log10 error of the cutting force (%)", lines.collect())
     }
 
-    /// Every output over the spacing, relative to the finest, with the starts' scatter as thin lines.
+    /// Every output over the spacing, relative to the finest: a panel for each judged line.
     fn draw_convergence(&self, folder: &Path) -> Result<(), Error> {
-        let (Some(stations), Some(reference)) = (self.stations(), self.reference()) else { return Ok(()) };
-        let lines = OUTPUTS.iter().enumerate().map(|(k, (name, ..))| {
-            let mean = |runs: &[Measured]| runs.iter().map(|m| m.outputs[k]).sum::<f64>() / runs.len() as f64;
-            let at =
-                |s: &(f64, Vec<Measured>)| ((1e6 * s.0).log10(), 100.0 * (mean(&s.1) / reference[k] - 1.0));
-            line(*name, stations.iter().map(at).collect())
+        let charts = self.judged.iter().map(|judged| {
+            let finest = judged.finest();
+            let lines = OUTPUTS.iter().enumerate().map(|(k, (name, ..))| {
+                let means = judged.stations.iter().zip(&judged.convergence[k].means);
+                let at = |((spacing, _), mean): (&(f64, Vec<Measured>), &f64)| {
+                    ((1e6 * spacing).log10(), 100.0 * (mean / finest[k] - 1.0))
+                };
+                line(*name, means.map(at).collect())
+            });
+            panel(format!("{}: difference to the finest (%)", judged.name), lines.collect())
         });
-        let chart = panel("difference to the finest (%)", lines.collect());
+        let charts: Vec<Chart> = charts.collect();
         let title = "Reference cut: outputs over the spacing of the points";
         let x_label = "log10 of the spacing (µm)";
-        draw_charts(&folder.join("convergence.png"), title, x_label, &[chart], &Provenance::default())
+        draw_charts(&folder.join("convergence.png"), title, x_label, &charts, &Provenance::default())
     }
 }
 
@@ -292,11 +339,12 @@ pub fn price_table(prices: &[Price]) -> String {
         "| preset | spacing (µm) | CPU time (s) | cutting force | thrust | chip thickness | chip heating | p99.9 strain |\n\
          |---|---|---|---|---|---|---|---|\n",
     );
-    for price in prices.iter().filter(|price| price.kind == "preset") {
+    for price in prices.iter().filter(|price| price.kind.starts_with(PRESET)) {
+        let heat = if price.kind == PRESET { "" } else { " with conduction" };
         let bands: Vec<String> = price.bands.iter().map(|share| format!("±{}", band(*share))).collect();
         let _ = writeln!(
             text,
-            "| `{}` | {} | {:.1} | {} |",
+            "| `{}`{heat} | {} | {:.1} | {} |",
             price.name,
             micrometres(price.point_spacing),
             price.cpu_seconds,

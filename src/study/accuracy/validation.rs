@@ -14,6 +14,7 @@ use super::run::{Ending, Problem, Settings, set};
 use super::store::{self, Store};
 use super::{Options, failed, write};
 use crate::Error;
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -59,6 +60,10 @@ pub fn cuts() -> Vec<Cut> {
         })
         .collect()
 }
+
+/// Cutting force and thrust (N/mm) by the cut's name and the places of friction and radius in the grid. Made once: telling a run's
+/// identity takes milliseconds, and fits ask ten thousands of times.
+type Table = BTreeMap<(String, usize, usize), [f64; 2]>;
 
 /// Frictions, edge radii (m) and points per feed of the study.
 struct Grid {
@@ -114,8 +119,24 @@ impl Grid {
         tasks
     }
 
+    /// Forces of all runs of the grid that went to their end.
+    fn table(&self, store: &Store, cuts: &[Cut]) -> Table {
+        let mut table = Table::new();
+        for cut in cuts {
+            for (i, &friction) in self.frictions.iter().enumerate() {
+                for (j, &radius) in self.radii.iter().enumerate() {
+                    if let Some(outputs) = outputs(store, &self.run(cut, friction, radius, self.per_feed[0]))
+                    {
+                        table.insert((cut.name.clone(), i, j), [outputs[0], outputs[1]]);
+                    }
+                }
+            }
+        }
+        table
+    }
+
     /// Forces of a cut between the grid's runs (N/mm); none where a run of the cell failed.
-    fn forces(&self, store: &Store, cut: &Cut, friction: f64, radius: f64) -> Option<[f64; 2]> {
+    fn forces(&self, table: &Table, cut: &Cut, friction: f64, radius: f64) -> Option<[f64; 2]> {
         let cell = |values: &[f64], x: f64| {
             let k = values.partition_point(|value| *value < x).clamp(1, values.len() - 1);
             (k - 1, ((x - values[k - 1]) / (values[k] - values[k - 1])).clamp(0.0, 1.0))
@@ -125,9 +146,8 @@ impl Grid {
         for (di, wi) in [(0, 1.0 - a), (1, a)] {
             for (dj, wj) in [(0, 1.0 - b), (1, b)] {
                 if wi * wj > 0.0 {
-                    let run = self.run(cut, self.frictions[i + di], self.radii[j + dj], self.per_feed[0]);
-                    let outputs = outputs(store, &run)?;
-                    (0..2).for_each(|k| forces[k] += wi * wj * outputs[k]);
+                    let corner = table.get(&(cut.name.clone(), i + di, j + dj))?;
+                    (0..2).for_each(|k| forces[k] += wi * wj * corner[k]);
                 }
             }
         }
@@ -135,7 +155,7 @@ impl Grid {
     }
 
     /// Friction and edge radius that fit some cuts best.
-    fn fit(&self, store: &Store, cuts: &[&Cut]) -> Option<[f64; 2]> {
+    fn fit(&self, table: &Table, cuts: &[&Cut]) -> Option<[f64; 2]> {
         const STEPS: usize = 60;
         let at = |values: &[f64], k: usize| {
             values[0] + (values[values.len() - 1] - values[0]) * k as f64 / STEPS as f64
@@ -146,7 +166,7 @@ impl Grid {
                 let (friction, radius) = (at(&self.frictions, i), at(&self.radii, j));
                 let mut misfit = 0.0;
                 for cut in cuts {
-                    let Some(forces) = self.forces(store, cut, friction, radius) else {
+                    let Some(forces) = self.forces(table, cut, friction, radius) else {
                         misfit = f64::MAX;
                         break;
                     };
@@ -191,7 +211,8 @@ pub fn study(folder: &Path, options: Options, tell: &(dyn Fn(String) + Sync)) ->
         grid.heat, grid.per_feed[0]
     );
     let all: Vec<&Cut> = cuts.iter().collect();
-    let fitted = grid.fit(&store, &all);
+    let table = grid.table(&store, &cuts);
+    let fitted = grid.fit(&table, &all);
     if let Some([friction, radius]) = fitted {
         let runs = |per_feed: f64| cuts.iter().map(move |cut| (cut, per_feed));
         let checks: Vec<(&Cut, f64)> = grid.per_feed.iter().flat_map(|&n| runs(n)).collect();
@@ -203,7 +224,7 @@ pub fn study(folder: &Path, options: Options, tell: &(dyn Fn(String) + Sync)) ->
             run_all(&checks.iter().map(task).collect::<Vec<_>>(), &mut store, options.threads, tell)?;
         }
     }
-    text.push_str(&leave_one_out(&grid, &store, &cuts));
+    text.push_str(&leave_one_out(&grid, &table, &cuts));
     if let Some(fitted) = fitted {
         text.push_str(&convergence(&grid, &store, &cuts, fitted));
     }
@@ -213,7 +234,7 @@ pub fn study(folder: &Path, options: Options, tell: &(dyn Fn(String) + Sync)) ->
 }
 
 /// Each cut predicted by a fit to the others, the mean errors, and the signs of the trends.
-fn leave_one_out(grid: &Grid, store: &Store, cuts: &[Cut]) -> String {
+fn leave_one_out(grid: &Grid, table: &Table, cuts: &[Cut]) -> String {
     let mut text = String::from(
         "## Measured cuts of AISI 1045, each predicted from the others\n\n\
          | cut | speed (m/s), feed (mm), rake (deg) | friction, edge radius (µm) fitted to the others | cutting force, measured and predicted (N/mm) | error | thrust | error |\n\
@@ -222,8 +243,8 @@ fn leave_one_out(grid: &Grid, store: &Store, cuts: &[Cut]) -> String {
     let mut predicted = Vec::new();
     for cut in cuts {
         let others: Vec<&Cut> = cuts.iter().filter(|other| other.name != cut.name).collect();
-        let fit = grid.fit(store, &others);
-        let forces = fit.and_then(|[friction, radius]| grid.forces(store, cut, friction, radius));
+        let fit = grid.fit(table, &others);
+        let forces = fit.and_then(|[friction, radius]| grid.forces(table, cut, friction, radius));
         let conditions = format!("{:.2}, {}, {}", cut.speed, 1e3 * cut.feed, cut.rake);
         if let (Some([friction, radius]), Some(forces)) = (fit, forces) {
             let pair = |k: usize| {
