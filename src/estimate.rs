@@ -124,10 +124,12 @@ fn calibrate(solver: &mut dyn Solver, drive: &Drive) -> Result<(f64, f64), Error
 }
 
 /// CPU time of this thread; where the system has none fine enough, time on the clock.
-struct Clock(#[cfg(unix)] cpu_time::ThreadTime, #[cfg(not(unix))] std::time::Instant);
+#[derive(Clone, Copy, Debug)]
+pub struct Clock(#[cfg(unix)] cpu_time::ThreadTime, #[cfg(not(unix))] std::time::Instant);
 
 impl Clock {
-    fn now() -> Self {
+    /// From here on.
+    pub fn now() -> Self {
         #[cfg(unix)]
         return Clock(cpu_time::ThreadTime::now());
         #[cfg(not(unix))]
@@ -135,7 +137,7 @@ impl Clock {
     }
 
     /// Seconds since `now`.
-    fn elapsed(&self) -> f64 {
+    pub fn elapsed(&self) -> f64 {
         let elapsed: Duration = self.0.elapsed();
         elapsed.as_secs_f64()
     }

@@ -53,11 +53,16 @@ pub struct StrayVelocities {
     places: Vec<u32>,
     /// Nodes around strays.
     shares: Vec<Share>,
+    /// Lowest and highest nearest node of any stray, along each axis: points more than two nodes beyond share none with it.
+    range: [[i32; 3]; 2],
 }
+
+/// The range of no stray at all.
+const NOWHERE: [[i32; 3]; 2] = [[i32::MAX; 3], [i32::MIN; 3]];
 
 impl Default for StrayVelocities {
     fn default() -> Self {
-        StrayVelocities { places: Vec::new(), shares: Vec::with_capacity(USUAL_SHARES) }
+        StrayVelocities { places: Vec::new(), shares: Vec::with_capacity(USUAL_SHARES), range: NOWHERE }
     }
 }
 
@@ -93,6 +98,7 @@ impl StrayVelocities {
             return (0, 0.0);
         }
         self.make_room(layout.nodes());
+        self.range = NOWHERE;
         for chunk in chunks.iter() {
             for strays in chunk.strays.chunk_by(|one, next| one.block == next.block) {
                 let points = chunk.blocks[strays[0].block].places();
@@ -121,6 +127,12 @@ impl StrayVelocities {
         (count, taken)
     }
 
+    /// Whether a point at this node may share nodes with a stray.
+    fn reaches(&self, node: &[i32]) -> bool {
+        let [low, high] = &self.range;
+        node.iter().zip(low.iter().zip(high)).all(|(node, (low, high))| node + 2 >= *low && node - 2 <= *high)
+    }
+
     /// Gives the excess of a stray to the nodes around it.
     fn collect<R: Real, D: Dimension>(
         &mut self,
@@ -131,6 +143,10 @@ impl StrayVelocities {
         deposits: &[NodeRun<R>],
     ) {
         let mass = density * points.volume[stray.lane].to_f64();
+        for (axis, &node) in points.node_of(stray.lane).as_ref().iter().enumerate() {
+            self.range[0][axis] = self.range[0][axis].min(node);
+            self.range[1][axis] = self.range[1][axis].max(node);
+        }
         for_each_node::<D>(layout, &points.node_of(stray.lane), |node, places| {
             let weight = weights.weight::<D>(stray.lane, &places);
             // At the rim of its stencil a node may hold nothing at all.
@@ -172,7 +188,9 @@ impl StrayVelocities {
             let node = points.node_of(lane);
             if node.as_ref() != last.0.as_ref() {
                 let mut is_near = false;
-                for_each_node::<D>(layout, &node, |index, _| is_near |= self.places[index] != 0);
+                if self.reaches(node.as_ref()) {
+                    for_each_node::<D>(layout, &node, |index, _| is_near |= self.places[index] != 0);
+                }
                 last = (node, is_near);
             }
             if !last.1 {

@@ -2,12 +2,12 @@
 
 use crate::checks;
 use crate::dimension::PlaneStrain;
+use crate::estimate::Clock;
 use crate::scene::{Accuracy, Scene, Speed};
 use crate::session::{Advance, Outputs, Session};
 use crate::shape::{Gimp, Linear};
 use crate::study::verification::{manufactured, piston};
 use crate::variables::set_by_name;
-use cpu_time::ThreadTime;
 use std::time::Instant;
 
 /// Names and values set in a scene, as a user types them.
@@ -150,7 +150,7 @@ impl Problem {
 
     /// Runs it on this thread.
     pub fn run(&self) -> Ending {
-        let begin = ThreadTime::now();
+        let begin = Clock::now();
         match *self {
             Problem::Cut { ref settings, span } => cut(settings, span),
             Problem::AxisAligned { linear, cells } => {
@@ -160,7 +160,7 @@ impl Problem {
                 } else {
                     manufactured::axis_aligned::<PlaneStrain, _>(Gimp::new(2), cells, amplitude, end)
                 };
-                let cpu_seconds = begin.elapsed().as_secs_f64();
+                let cpu_seconds = begin.elapsed();
                 let points = f64::from(4 * cells * cells);
                 let measured = Measured { cpu_seconds, points, error: outcome.error, ..Measured::default() };
                 match outcome.stopped {
@@ -170,7 +170,7 @@ impl Problem {
             }
             Problem::Piston { points_touch, cells, courant } => {
                 let outcome = piston::run(piston::Piston::Moving, points_touch, cells, courant);
-                let cpu_seconds = begin.elapsed().as_secs_f64();
+                let cpu_seconds = begin.elapsed();
                 let error = (outcome.plateau / outcome.exact.plateau - 1.0).abs();
                 Ending::Done(Measured { cpu_seconds, error, ..Measured::default() })
             }
@@ -196,12 +196,12 @@ fn cut(settings: &[(String, String)], span: [f64; 2]) -> Ending {
         measured.substeps[1] = estimate.substeps;
     }
     // The watcher may be called from another thread, whose CPU clock is another.
-    let (begin, started) = (ThreadTime::now(), Instant::now());
+    let (begin, started) = (Clock::now(), Instant::now());
     let limit = (LIMIT * measured.estimated).max(LEAST_LIMIT);
     let ends = (0..=LOOKS).map(|k| times[0] + (times[1] - times[0]) * k as f64 / LOOKS as f64);
     for (k, end) in ends.enumerate() {
         let advance = session.advance_to(end, &mut |_| started.elapsed().as_secs_f64() < limit);
-        measured.cpu_seconds = begin.elapsed().as_secs_f64();
+        measured.cpu_seconds = begin.elapsed();
         let outputs = session.outputs();
         measured.substeps[0] += f64::from(outputs.substeps);
         measured.balance_error = measured.balance_error.max(outputs.balance_error.abs());
