@@ -130,6 +130,8 @@ mod tests {
         store.put("one", "first, of all", Ending::Done(measured.clone())).unwrap();
         store.put("two", "", Ending::Failed("unstable".into(), measured.clone())).unwrap();
         store.put("three", "", Ending::Refused("not here".into())).unwrap();
+        // As a kill does; Windows would not have an open file replaced.
+        drop(store);
         let whole = fs::read_to_string(&path).unwrap();
         fs::write(&path, format!("{whole}four,,done,1.0e0,2.0")).unwrap();
         let again = Store::open(&path, "a").unwrap();
@@ -137,6 +139,7 @@ mod tests {
         assert_eq!(again.get("two"), Some(&Ending::Failed("unstable".into(), measured)));
         assert_eq!((again.get("three"), again.get("four")), (None, None));
         assert_eq!(fs::read_to_string(&path).unwrap(), whole);
+        drop(again);
         assert!(Store::open(&path, "b").unwrap().get("one").is_none());
         assert_eq!(fs::read_to_string(path.with_extension("other-build.csv")).unwrap(), whole);
         fs::remove_dir_all(&folder).unwrap();
