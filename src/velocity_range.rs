@@ -32,21 +32,16 @@ pub fn find<R: Real, D: Dimension, F: ShapeFunction<R>>(
 ) {
     let mut weights = None;
     let middle = D::PENCILS / 2;
-    // Neighbouring lanes mostly share their node.
-    let (mut last, mut nearest) = (D::vector(|_| i32::MIN), 0);
     for lane in points.points() {
         let node = points.node_of(lane);
-        if node.as_ref() != last.as_ref() {
-            nearest = first_node::<D>(layout, nodes.first, &node, middle) + 1;
-            last = node;
-        }
+        let nearest = first_node::<D>(layout, nodes.first, &node, middle) + 1;
         let near = &nodes.records[nearest * D::QUADS].0;
         let is_suspect = (0..D::AXES).any(|axis| (velocity[axis][lane] - near[axis]).abs() > bound);
         if is_suspect {
             let weights = weights.get_or_insert_with(|| Stencils::of(points, shape));
             let own = D::vector(|axis| velocity[axis][lane].to_f64());
             if let Some(excess) =
-                excess::<R, D>((nodes, layout, weights), &last, (lane, &own), bound.to_f64())
+                excess::<R, D>((nodes, layout, weights), &node, (lane, &own), bound.to_f64())
             {
                 found.push(Stray { block, lane, excess });
             }
