@@ -155,7 +155,7 @@ fn band(prices: &[Price], scene: &Scene, feed: f64) -> f64 {
         return NOTHING_KNOWN;
     }
     let spacing = scene.numerics.point_spacing * REFERENCE_FEED / feed;
-    // A scene without heat has no layer that heat could soften; nothing was measured, and the adiabatic bands are the wider ones.
+    // Nothing was measured for a scene without heat: it takes the bands of the start value.
     let heat = if scene.effects.heat == Heat::Conduction { "conduction" } else { "adiabatic" };
     let mut known: Vec<(f64, f64)> = prices
         .iter()

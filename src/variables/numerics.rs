@@ -1,7 +1,8 @@
 //! Parameters of how a scene is computed.
 //!
-//! The Courant number ends at 0.6: beyond, no material is stable with two points per cell edge or more (`stability`). From 0.61 on the reference cut feeds itself
-//! energy (a ledger off by 2 % and more, at 0.65 by 150 %) and too much plastic strain while the force still looks right.
+//! The Courant number ends at 0.6: beyond, no material is stable with two points per cell edge or more (`stability`). From 0.61
+//! on the reference cut feeds itself energy (a ledger off by 2 % and more, at 0.65 by 150 %) and too much plastic strain while
+//! the force still looks right.
 //! The limit of the scene's material, 0.5485 for steel, is known once the scene is (`checks`).
 
 use super::units::*;

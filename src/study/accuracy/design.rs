@@ -1,9 +1,8 @@
 //! What the work–precision study runs.
 //!
 //! No full factorial (shape × transfer × contact × spacing × Courant × precision × speed would be 3,000 cuts) but lines
-//! around the default method: each changes one thing and is followed over the
-//! spacings 40, 20 and 10 µm. The finest, 5 µm, costs as much as all others together: only lines that could lie on the
-//! front there have it. Two lines are judged for convergence, each against its own finest run: the default one, adiabatic, and
+//! around the default method: each changes one thing and is followed over the spacings 40, 20 and 10 µm. The finest, 5 µm,
+//! costs as much as all others together: only lines that could lie on the front there have it. Two lines are judged for convergence, each against its own finest run: the default one, adiabatic, and
 //! the same cut with conduction, whose layer at the rake face has a thickness of its own. They are run from several starts,
 //! shifted by parts of a cell, which gives the scatter.
 

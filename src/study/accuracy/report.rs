@@ -197,6 +197,9 @@ impl<'a> Report<'a> {
 
     /// The price list: spacings, speed levels and presets. `None` while runs that it needs are missing.
     pub fn prices(&self) -> Option<Vec<Price>> {
+        if self.judged.len() < self.design.judged().count() {
+            return None;
+        }
         let default = self.judged.first()?;
         let mut prices = Vec::new();
         for line in &self.judged {
