@@ -177,7 +177,8 @@ fn with_law<R: Real, D: Dimension>(
     let is_tanh = scene.material.law == Law::JohnsonCookTanh;
     if scene.effects.damage {
         let effects = &scene.effects;
-        let length = scene.numerics.point_spacing;
+        let numerics = &scene.numerics;
+        let length = numerics.point_spacing * f64::from(numerics.points_per_cell_edge);
         let damage = JohnsonCookDamage::<R>::new(constants, length, effects.rate, effects.thermal_softening);
         if is_tanh {
             assemble::<R, D, _, _>(scene, shape, full::<R, TanhLaw<R>, _>(scene, damage))

@@ -1,26 +1,27 @@
 //! What a run will cost, told before it is paid.
 //!
-//! A copy of the solver at its start makes substeps for a moment under the thread's CPU clock. What the start does not show
-//! is added by a formula:
+//! A copy of the solver at its start makes substeps for a moment under the thread's CPU clock, the tool at rest: nothing moves or
+//! yields, so that each of them costs the same. What such a substep does not show is added by a formula:
 //!
-//! CPU time = c n ⟨a(s) (1 + κ) + λ w(s) + ζ x⟩,  n = T / Δt (1 + ε),  mean over the way s
+//! CPU time = n ⟨a(s) (c + κ c₀) + (λ w(s) + ζ x) c₀⟩,  n = T / Δt (1 + ε),  mean over the way s
 //!
 //! | | |
 //! |---|---|
-//! | c | CPU time of a substep at the start, when nothing yields (s) |
+//! | c | CPU time of a substep at rest (s) |
+//! | c₀ | the same with FLIP: what another transfer costs beyond it is in c, and nothing else of a run gets dearer by it |
 //! | n | substeps over the time T, from the first one's length Δt; ε as compressed metal carries sound faster |
 //! | a(s) | integrated area after the way s over that at the start: the active window fills, and the chip is always active |
 //! | w(s) | area of the chip over the area at the start: points that have yielded and do so again |
 //! | x | feed times spacing over the area at the start: points that touch the tool, over all |
 //! | κ | sorting, locking control, what yields before the tool |
 //!
-//! The constants ε, κ, λ and ζ are fitted to reference cuts over spacings and speed levels (docs/accuracy.md): λ and κ hold what
-//! else a run has and its start has not, such as frozen points that are sorted along. A time of this machine under its present load
+//! The constants ε, κ, λ and ζ are fitted to 33 cuts: eleven kinds (transfers, precision, speed levels, contact, Courant number, feed,
+//! friction) at 40, 20 and 10 µm (docs/accuracy.md); they hold what else a run has and a substep at rest has not. A time of this machine under its present load
 //! is no part of a state, and the only output that two equal runs may differ in.
 
 use crate::composition;
 use crate::error::Error;
-use crate::scene::{Inputs, Scene};
+use crate::scene::{Inputs, Scene, TransferChoice};
 use crate::simulation::{Drive, Solver};
 use crate::window;
 use std::time::Duration;
@@ -28,17 +29,14 @@ use std::time::Duration;
 /// Substeps beyond those of the first one's length (-).
 const MORE_SUBSTEPS: f64 = 0.01;
 /// Sorting, locking control and first yield over a substep without them (-): κ.
-const UPKEEP: f64 = 0.47;
+const UPKEEP: f64 = 0.13;
 /// Cost of a chip's point above that of one at rest (-): λ.
-const YIELDING: f64 = 3.4;
+const YIELDING: f64 = 8.3;
 /// Cost of contact for a feed of points, over that of these points at rest (-): ζ.
-const CONTACT: f64 = 166.0;
-/// CPU time of the calibration (s); larger scenes are calibrated on a coarser copy.
-const CALIBRATION: f64 = 0.06;
-/// Batches of the calibration at most (small scenes are known sooner), and substeps of each: the cheapest batch counts, as the
-/// others were disturbed by what else the machine does.
-const BATCHES: usize = 200;
-/// See `BATCHES`.
+const CONTACT: f64 = 147.0;
+/// CPU time of a calibration (s); there are two at most, and larger scenes are calibrated on a coarser copy.
+const CALIBRATION: f64 = 0.08;
+/// Substeps that are timed together: the cheapest batch counts, as the others were disturbed by what else the machine does.
 const BATCH: usize = 4;
 /// Most points of the calibration: a hundred thousand make 3 ms a substep, and no longer fit any cache.
 const MOST_POINTS: f64 = 1.5e5;
@@ -63,22 +61,25 @@ pub fn of_run(solver: &dyn Solver, scene: &Scene, inputs: &Inputs, duration: f64
     let drive = Drive { velocity: [-speed, 0.0], friction: inputs.friction };
     let mut copy = small_copy(solver, scene)?;
     copy.scale_mass(speed.abs());
-    let points = copy.points() as f64;
-    let (cost, dt) = calibrate(copy.as_mut(), &drive)?;
     // A coarser copy has longer substeps, in proportion to its cells.
-    let coarseness = coarseness(scene);
-    let substeps = duration / (dt / coarseness) * (1.0 + MORE_SUBSTEPS);
-    let per_point = cost / points;
+    let substeps = duration / (copy.time_step(&drive) / coarseness(scene)) * (1.0 + MORE_SUBSTEPS);
+    let cost = cost_at_rest(copy.as_mut())?;
+    let plain = if scene.numerics.transfer == TransferChoice::Flip {
+        cost
+    } else {
+        let mut plain = scene.clone();
+        plain.numerics.transfer = TransferChoice::Flip;
+        cost_at_rest(coarser(&plain)?.as_mut())?
+    };
     let start_area = window::integrated_area(scene, inputs.feed, 0.0).max(f64::MIN_POSITIVE);
-    let mut load = 0.0;
+    let mut load = plain * CONTACT * inputs.feed * scene.numerics.point_spacing;
     for k in 0..STATIONS {
         let way = (k as f64 + 0.5) / STATIONS as f64 * speed.max(0.0) * duration;
         let area = window::integrated_area(scene, inputs.feed, way);
         let chip = inputs.feed * (way - scene.tool.initial_gap).clamp(0.0, scene.workpiece.length);
-        load += (area * (1.0 + UPKEEP) + YIELDING * chip) / STATIONS as f64;
+        load += (area * (cost + UPKEEP * plain) + YIELDING * chip * plain) / STATIONS as f64;
     }
-    load = (load + CONTACT * inputs.feed * scene.numerics.point_spacing) / start_area;
-    let cpu_seconds = per_point * solver.points() as f64 * substeps * load;
+    let cpu_seconds = solver.points() as f64 * substeps * load / start_area;
     Ok(Estimate { substeps, cpu_seconds })
 }
 
@@ -94,33 +95,34 @@ fn coarseness(scene: &Scene) -> f64 {
 
 /// The solver again, or a coarser one of the same scene when it is large.
 fn small_copy(solver: &dyn Solver, scene: &Scene) -> Result<Box<dyn Solver>, Error> {
-    let coarseness = coarseness(scene);
-    if coarseness == 1.0 {
-        return Ok(solver.fork());
-    }
+    if coarseness(scene) == 1.0 { Ok(solver.fork()) } else { coarser(scene) }
+}
+
+/// A solver of the scene, as coarse as a calibration wants it.
+fn coarser(scene: &Scene) -> Result<Box<dyn Solver>, Error> {
     let mut coarse = scene.clone();
-    coarse.numerics.point_spacing *= coarseness;
+    coarse.numerics.point_spacing *= coarseness(scene);
     composition::build(&coarse)
 }
 
-/// CPU time of a substep (s) and the length of the first (s).
-fn calibrate(solver: &mut dyn Solver, drive: &Drive) -> Result<(f64, f64), Error> {
-    let dt = solver.time_step(drive);
+/// CPU time of a substep at rest for each point (s).
+fn cost_at_rest(solver: &mut dyn Solver) -> Result<f64, Error> {
+    let drive = Drive { velocity: [0.0; 2], friction: 0.0 };
     // The first brings the copy into the cache.
-    solver.step(drive, false)?;
+    solver.step(&drive, false)?;
     let begin = Clock::now();
     let mut cheapest = f64::MAX;
-    for batch in 0..BATCHES {
-        if batch > 0 && begin.elapsed() > CALIBRATION {
-            break;
-        }
+    loop {
         let before = begin.elapsed();
         for _ in 0..BATCH {
-            solver.step(drive, false)?;
+            solver.step(&drive, false)?;
         }
-        cheapest = cheapest.min((begin.elapsed() - before) / BATCH as f64);
+        let after = begin.elapsed();
+        cheapest = cheapest.min((after - before) / BATCH as f64);
+        if after > CALIBRATION {
+            return Ok(cheapest / solver.points() as f64);
+        }
     }
-    Ok((cheapest, dt))
 }
 
 /// CPU time of this thread; where the system has none fine enough, time on the clock.

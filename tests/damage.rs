@@ -272,7 +272,7 @@ fn tear(spacing: f64) -> Parted {
     }
     let places = seeds.clone();
     let mut bar = arena.simulation::<PlaneStrain, _, _>(
-        (Gimp::new(2), damaged(&c, spacing)),
+        (Gimp::new(2), damaged(&c, cell)),
         distant_tool(),
         &seeds,
         |state: &mut Point, lane, number| {
@@ -325,4 +325,69 @@ fn the_energy_of_a_parting_bar_does_not_hang_on_the_cells() {
         assert!(p.failed >= 1.0, "no cross-section has failed: {p:?}");
         assert!(p.speed > 0.3, "the grips did not part: {}", p.speed);
     }
+}
+
+/// A layer of 0.4 x 0.08 mm between two heavy blocks that slide past each other at ±10 m/s until it has sheared off. Damage begins
+/// with yielding in its two middle rows of points and nowhere else, so that one band takes all the work.
+///
+/// Returns the work of separation over G_f and the area sheared off, and the imbalance of the ledger over what was dissipated.
+fn shear_off(spacing: f64) -> [f64; 2] {
+    const SPEED: f64 = 10.0;
+    /// Thickness of the blocks over that of the layer.
+    const THICK: f64 = 400.0;
+    const LAYER: [f64; 2] = [0.4e-3, 0.08e-3];
+    const BLOCK_HEIGHT: f64 = 0.16e-3;
+    let c = Constants { fracture_energy: 2e3, damage: [10.0, 0.0, 0.0, 0.0, 0.0], ..perfectly_plastic() };
+    let height = LAYER[1] + 2.0 * BLOCK_HEIGHT;
+    let cell = 2.0 * spacing;
+    let arena = Arena::around([-0.1e-3, 0.0], [LAYER[0] + 0.1e-3, height], cell);
+    let count = |size: f64| (size / spacing).round() as usize;
+    let mut seeds = lattice([0.0; 3], [count(LAYER[0]), count(height), 1], spacing, 2);
+    let middle = 0.5 * height;
+    for seed in &mut seeds {
+        let place = (seed.position[1] - middle) / (0.5 * LAYER[1]);
+        if place.abs() > 1.0 {
+            seed.volume *= THICK;
+        }
+        seed.velocity[0] = SPEED * place.clamp(-1.0, 1.0);
+    }
+    let places = seeds.clone();
+    let mut layer = arena.simulation::<PlaneStrain, _, _>(
+        (Gimp::new(2), damaged(&c, cell)),
+        distant_tool(),
+        &seeds,
+        |state: &mut Point, lane, number| {
+            if (places[number].position[1] - middle).abs() < spacing {
+                state.damage.0[lane] = 1.0;
+            }
+        },
+    );
+    while layer.progress().clock < 3e-6 {
+        layer.step(&NO_DRIVE, false).expect("a stable step");
+    }
+    let ledger = &layer.progress().ledger;
+    let dissipated = ledger.plastic_work + ledger.damage_work;
+    let now = points(&layer);
+    let kinetic = total(&now, |p| arena::kinetic(p, [0.0; 3]));
+    [
+        ledger.damage_work / (c.fracture_energy * LAYER[0]),
+        ledger.imbalance(kinetic, total(&now, arena::elastic)) / dissipated,
+    ]
+}
+
+/// A shear band is as many points wide on any grid and takes the fracture energy on each, a little more where the rows beside it
+/// come along.
+#[test]
+fn the_energy_of_a_shear_band_does_not_hang_on_the_cells() {
+    let bands = [20e-6, 10e-6, 5e-6].map(shear_off);
+    for (spacing, [separation, imbalance]) in [20, 10, 5].into_iter().zip(bands) {
+        println!("{spacing} µm: {separation:.3} fracture energies, ledger {imbalance:.1e}");
+        assert!((separation - 1.0).abs() < 0.25, "{separation} fracture energies at {spacing} µm");
+        assert!(imbalance.abs() < 1e-3, "ledger off by {imbalance:e} at {spacing} µm");
+    }
+    let excess = bands.map(|[separation, _]| (separation - 1.0).abs());
+    assert!(
+        excess.is_sorted_by(|coarse, fine| coarse >= fine),
+        "the error grows with refinement: {excess:?}"
+    );
 }

@@ -17,11 +17,16 @@ pub struct Effect {
     with: fn(&mut Scene),
 }
 
-/// The reference cut as it is: rate, adiabatic heat with softening, friction 0.2, no locking control.
+/// The reference cut as it is: rate, adiabatic heat with softening, friction 0.2, locking control.
 fn reference(_: &mut Scene) {}
 
 fn conducting(scene: &mut Scene) {
     scene.effects.heat = Heat::Conduction;
+}
+
+/// The only material that has constants of both laws.
+fn titanium(scene: &mut Scene) {
+    scene.material.name = "Ti-6Al-4V".into();
 }
 
 /// All effects; one that this version does not have, or not with the others, is shown as refused.
@@ -47,7 +52,14 @@ pub const EFFECTS: [Effect; 12] = [
     },
     Effect { name: "expansion", without: reference, with: |s| s.effects.thermal_expansion = true },
     Effect { name: "damage", without: reference, with: |s| s.effects.damage = true },
-    Effect { name: "tanh-law", without: reference, with: |s| s.material.law = Law::JohnsonCookTanh },
+    Effect {
+        name: "tanh-law",
+        without: titanium,
+        with: |s| {
+            titanium(s);
+            s.material.law = Law::JohnsonCookTanh;
+        },
+    },
     Effect { name: "sticking", without: reference, with: |s| s.effects.sticking = true },
     Effect { name: "viscosity", without: reference, with: |s| s.effects.artificial_viscosity = true },
     Effect {

@@ -13,7 +13,8 @@
 //!
 //! for any hardening, rate and temperature on the way: a band as wide as L dissipates the fracture energy G_f (J/m2) per
 //! area whatever the grid (Hillerborg et al. 1976, doi:10.1016/0008-8846(76)90007-7). At constant σ_y this is the usual
-//! law D = L ε̄/u_f with the displacement at failure u_f = 2 G_f/σ_y. L is the distance of the points at the start.
+//! law D = L ε̄/u_f with the displacement at failure u_f = 2 G_f/σ_y. L is the edge of a cell: the grid knows no narrower
+//! band (tests/damage.rs, `the_energy_of_a_shear_band_does_not_hang_on_the_cells`).
 //!
 //! What is carried: stress and flow stress are those of the undamaged material times 1 − D (strain equivalence,
 //! Lemaitre), except pressure, J < 1, which stays whole: surfaces that close press on each other. A point with D = 1 has

@@ -263,8 +263,9 @@ impl<R: Real, const SOFTENS: bool> ThermalEffect<R> for Adiabatic<R, SOFTENS> {
         let homologous =
             ((temperature - V::splat(self.reference)) * inverse_range).max(V::constant(0.0)).min(one);
         let power = pow(homologous, V::splat(self.exponent));
-        // d(T*ᵐ)/dT = m T*ᵐ/T*/(T_melt − T_ref); only Newton's slope, so the guard against T* = 0 may be coarse.
-        let slope = V::splat(self.exponent) * power / homologous.max(V::constant(1e-6)) * inverse_range;
+        // d(T*ᵐ)/dT = m T*ᵐ/T*/(T_melt − T_ref). The return's last step is taken by it unseen, so the guard against T* = 0 is far
+        // below any rise of temperature.
+        let slope = V::splat(self.exponent) * power / homologous.max(V::constant(1e-30)) * inverse_range;
         (one - power, -slope)
     }
 

@@ -108,14 +108,20 @@ impl<R: Real> Hardening<R> for PowerLaw<R> {
         let (softening, softening_slope) = thermal.factor(state, lane, rise);
         Strength {
             hardened: V::splat(self.yield_stress) + power,
-            slope: n * power / strain.max(V::constant(TINY)),
+            slope: n * power / strain.max(least()),
             softening,
             softening_slope,
         }
     }
 }
 
-/// Least number that is divided by.
+/// Least strain that is divided by (-): far below any increment, as the return's last step trusts the slope.
+#[inline(always)]
+fn least<V: Vector>() -> V {
+    V::constant(if V::Scalar::IS_SINGLE { 1e-37 } else { 1e-300 })
+}
+
+/// Least tanh that is divided by (-).
 const TINY: f64 = 1e-30;
 
 /// Least T/T_melt, whose logarithm is taken (-).
@@ -207,7 +213,7 @@ impl<R: Real> Hardening<R> for TanhLaw<R> {
         let (thermal_factor, thermal_slope) = thermal.factor(state, lane, rise);
         Strength {
             hardened,
-            slope: growth * (n - a * exponent) / strain.max(V::constant(TINY))
+            slope: growth * (n - a * exponent) / strain.max(least())
                 + hardened * factor_per_strain / factor.max(V::constant(COLDEST)),
             softening: thermal_factor * factor,
             softening_slope: thermal_slope * factor + thermal_factor * factor_per_kelvin,

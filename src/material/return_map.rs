@@ -17,7 +17,7 @@ use super::johnson_cook::{JohnsonCook, State};
 use crate::dimension::Dimension;
 use crate::simd::{Mask, Real, Vector};
 
-/// Most evaluations of one return. Newton takes three to five; a law steeper than 3μ, whose slope says little, up to 100.
+/// Most evaluations of one return. Newton takes two to four; a law steeper than 3μ, whose slope says little, up to 100.
 const MAX_EVALUATIONS: usize = 120;
 
 impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageEffect<R>>
@@ -42,7 +42,6 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageE
     ) -> V {
         let zero = V::constant(0.0);
         let one = V::constant(1.0);
-        let tiny = V::constant(1e-30);
         let three_mu = V::splat(self.elasticity.shear_modulus) * V::constant(3.0);
         let old_strain = V::load(&state.plastic_strain[lane..]);
         let at_rest = V::load(&state.yield_stress[lane..]);
@@ -50,15 +49,13 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageE
         let q = V::select(yields, squares[1].sqrt(), at_rest.max(one));
         let (mut low, mut high) = (zero, q / three_mu);
 
-        // First guess: the rate of the whole strain increment; where that leaves nothing, a small part of the excess.
+        // First guess: the whole strain increment, as in steady flow, or the excess over the strength at rest where that is less.
         let excess = (q - at_rest) / three_mu;
-        let whole = (strain_square * V::constant(2.0 / 3.0)).sqrt().max(tiny);
-        let (rate_factor, _) = self.rate.factor(whole, dt);
-        let mut x = ((q - at_rest * rate_factor) / three_mu)
-            .max(excess * V::constant(1e-2))
-            .max(high * V::constant(1e-9));
+        let whole = (strain_square * V::constant(2.0 / 3.0)).sqrt();
+        let mut x = whole.min(excess).max(high * V::constant(1e-9));
 
         let tolerance = V::constant(if R::IS_SINGLE { 1e-6 } else { 1e-12 }) * q;
+        let near = V::constant(if R::IS_SINGLE { 3e-4 } else { 1e-7 });
         let mut flow = q;
         let mut still = one;
         let mut last = V::constant(f64::MAX);
@@ -78,20 +75,30 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageE
             let too_small = residual.gt(zero);
             low = V::select(too_small, x, low);
             high = V::select(too_small, high, x);
-            let slope = strength.slope * softening * rate_factor
-                + still * rate_slope
+            let rest_slope = strength.slope * softening
                 + hardened
-                    * rate_factor
                     * strength.softening_slope
-                    * self.thermal.rise(self.damage.carried(&state.damage, lane, stress));
-            let newton = x + residual / (three_mu + slope).max(three_mu * V::constant(0.1));
+                    * self.thermal.rise(self.damage.carried(&state.damage, lane, stress - three_mu * x));
+            let slope = rest_slope * rate_factor + still * rate_slope;
+            let (steepness, least) = (three_mu + slope, three_mu * V::constant(0.1));
+            let newton = x + residual / steepness.max(least);
             // Outside the bracket, or where Newton steps go to and fro (across the kink at the reference rate): the
             // geometric mean, because the root may lie many orders below the upper end.
             let stalls = residual.abs().gt(V::constant(0.5) * last);
             last = residual.abs();
             let mean = (low / high).max(V::constant(1e-9)).sqrt() * high;
-            let next = V::select(newton.gt(low) & newton.lt(high) & !stalls, newton, mean);
-            x = V::select(closed, x, next);
+            let inside = newton.gt(low) & newton.lt(high) & !stalls;
+            let next = V::select(closed, x, V::select(inside, newton, mean));
+            let step = next - x;
+            x = next;
+            // What a step this short leaves is of second order if the slope is the true one: within the tolerance, and not
+            // looked at again.
+            let arrives = inside & step.abs().le(near * x) & steepness.gt(least);
+            if (closed | arrives | !yields).all() {
+                still = V::select(closed, still, step.mul_add(rest_slope, still));
+                flow = V::select(closed, flow, q - three_mu * x);
+                break;
+            }
         }
         // Plastic work by the trapezoidal rule. A point that was already yielding started at its own stress; one that
         // was elastic crossed the flow stress at rest.
