@@ -5,7 +5,7 @@ use crate::dimension::Dimension;
 use crate::locking;
 use crate::points::{BLOCK, Column, Places};
 use crate::shape::ShapeFunction;
-use crate::simd::Real;
+use crate::simd::{Array, Real, Vector};
 
 /// Least spread of the points around a node that a slope is fitted to, as a variance (cells²); fewer have their mean.
 const LEAST_SPREAD: f64 = 1e-6;
@@ -106,5 +106,32 @@ impl Stencils {
             columns[axis][places[axis]][lane]
         };
         (0..D::AXES).map(factor).product()
+    }
+}
+
+/// The weights of one point alone, the same numbers as in `Stencils`: where few points of a block are asked for.
+pub(crate) struct PointWeights([[f64; 3]; 3]);
+
+impl PointWeights {
+    /// Those of the point at `lane`.
+    #[inline(always)]
+    pub(crate) fn of<R: Real, D: Dimension, F: ShapeFunction<R>>(
+        points: &Places<'_, R, D>,
+        lane: usize,
+        shape: &F,
+    ) -> Self {
+        let mut weights = [[0.0; 3]; 3];
+        for (of_axis, offset) in weights.iter_mut().zip(points.offset.as_ref()) {
+            let stencil = shape.stencil(Array::<R, 1>::splat(offset[lane]));
+            let [low, _, high] = stencil.weights.map(|weight| weight.sum().to_f64());
+            *of_axis = [low, 1.0 - low - high, high];
+        }
+        PointWeights(weights)
+    }
+
+    /// Weight of a node (-).
+    #[inline(always)]
+    pub(crate) fn weight<D: Dimension>(&self, places: &[usize; 3]) -> f64 {
+        (0..D::AXES).map(|axis| self.0[axis][places[axis]]).product()
     }
 }

@@ -25,7 +25,7 @@
 
 use crate::dimension::Dimension;
 use crate::grid::{self, Layout};
-use crate::heat_nodes::Stencils;
+use crate::heat_nodes::PointWeights;
 use crate::locking::for_each_node;
 use crate::partition::Partition;
 use crate::points::{Column, Places, PointState};
@@ -100,12 +100,9 @@ impl StrayVelocities {
         self.make_room(layout.nodes());
         self.range = NOWHERE;
         for chunk in chunks.iter() {
-            for strays in chunk.strays.chunk_by(|one, next| one.block == next.block) {
-                let points = chunk.blocks[strays[0].block].places();
-                let weights = Stencils::of(&points, shape);
-                for stray in strays {
-                    self.collect(layout, (&points, &weights), stray, density, incoming);
-                }
+            for stray in &chunk.strays {
+                let points = chunk.blocks[stray.block].places();
+                self.collect(layout, (&points, shape), stray, density, incoming);
             }
         }
         for share in &mut self.shares {
@@ -134,21 +131,22 @@ impl StrayVelocities {
     }
 
     /// Gives the excess of a stray to the nodes around it.
-    fn collect<R: Real, D: Dimension>(
+    fn collect<R: Real, D: Dimension, F: ShapeFunction<R>>(
         &mut self,
         layout: &Layout,
-        (points, weights): (&Places<'_, R, D>, &Stencils),
+        (points, shape): (&Places<'_, R, D>, &F),
         stray: &Stray,
         density: f64,
         deposits: &[NodeRun<R>],
     ) {
         let mass = density * points.volume[stray.lane].to_f64();
+        let weights = PointWeights::of(points, stray.lane, shape);
         for (axis, &node) in points.node_of(stray.lane).as_ref().iter().enumerate() {
             self.range[0][axis] = self.range[0][axis].min(node);
             self.range[1][axis] = self.range[1][axis].max(node);
         }
         for_each_node::<D>(layout, &points.node_of(stray.lane), |node, places| {
-            let weight = weights.weight::<D>(stray.lane, &places);
+            let weight = weights.weight::<D>(&places);
             // At the rim of its stencil a node may hold nothing at all.
             if weight <= 0.0 {
                 return;
@@ -181,7 +179,6 @@ impl StrayVelocities {
         deposits: &mut NodeRun<R>,
     ) -> f64 {
         let mut strays = strays.peekable();
-        let mut weights = None;
         let mut taken = 0.0;
         let mut last = (D::vector(|_| i32::MIN), false);
         for lane in points.points() {
@@ -196,14 +193,14 @@ impl StrayVelocities {
             if !last.1 {
                 continue;
             }
-            let weights = weights.get_or_insert_with(|| Stencils::of(points, shape));
+            let weights = PointWeights::of(points, lane, shape);
             let mut change = D::vector(|_| 0.0);
             if let Some(stray) = strays.next_if(|stray| stray.lane == lane) {
                 (0..D::AXES).for_each(|axis| change[axis] -= stray.excess[axis]);
             }
             for_each_node::<D>(layout, &node, |index, places| {
                 if let Some(share) = (self.places[index] as usize).checked_sub(1) {
-                    let weight = weights.weight::<D>(lane, &places);
+                    let weight = weights.weight::<D>(&places);
                     (0..D::AXES).for_each(|axis| change[axis] += weight * self.shares[share].momentum[axis]);
                 }
             });
@@ -216,7 +213,7 @@ impl StrayVelocities {
                 taken -= mass * change[axis] * (old + 0.5 * change[axis]);
             }
             for_each_node::<D>(layout, &node, |index, places| {
-                let part = mass * weights.weight::<D>(lane, &places);
+                let part = mass * weights.weight::<D>(&places);
                 let begin = (index - deposits.first) * D::QUADS;
                 let record = &mut deposits.records[begin..begin + D::QUADS];
                 grid::add_momentum::<R, D>(record, D::vector(|axis| part * change[axis]));

@@ -2,7 +2,7 @@
 
 use crate::dimension::Dimension;
 use crate::grid::Layout;
-use crate::heat_nodes::Stencils;
+use crate::heat_nodes::PointWeights;
 use crate::locking::for_each_node;
 use crate::points::{Column, Places};
 use crate::shape::ShapeFunction;
@@ -30,7 +30,6 @@ pub fn find<R: Real, D: Dimension, F: ShapeFunction<R>>(
     bound: R,
     found: &mut Vec<Stray>,
 ) {
-    let mut weights = None;
     let middle = D::PENCILS / 2;
     for lane in points.points() {
         let node = points.node_of(lane);
@@ -38,29 +37,27 @@ pub fn find<R: Real, D: Dimension, F: ShapeFunction<R>>(
         let near = &nodes.records[nearest * D::QUADS].0;
         let is_suspect = (0..D::AXES).any(|axis| (velocity[axis][lane] - near[axis]).abs() > bound);
         if is_suspect {
-            let weights = weights.get_or_insert_with(|| Stencils::of(points, shape));
+            let weights = PointWeights::of(points, lane, shape);
             let own = D::vector(|axis| velocity[axis][lane].to_f64());
-            if let Some(excess) =
-                excess::<R, D>((nodes, layout, weights), &node, (lane, &own), bound.to_f64())
-            {
+            if let Some(excess) = excess::<R, D>((nodes, layout, &weights), &node, &own, bound.to_f64()) {
                 found.push(Stray { block, lane, excess });
             }
         }
     }
 }
 
-/// By how much the velocity `own` (m/s) of the point at `lane` passes its limit, e_p.
+/// By how much the velocity `own` (m/s) of the point with these weights passes its limit, e_p.
 #[inline(never)]
 fn excess<R: Real, D: Dimension>(
-    (nodes, layout, weights): (&NodeRun<R>, &Layout, &Stencils),
+    (nodes, layout, weights): (&NodeRun<R>, &Layout, &PointWeights),
     node: &D::Vector<i32>,
-    (lane, own): (usize, &D::Vector<f64>),
+    own: &D::Vector<f64>,
     bound: f64,
 ) -> Option<[f64; 3]> {
     let each = |visit: &mut dyn FnMut(f64, usize, f64)| {
         for_each_node::<D>(layout, node, |index, places| {
             let record = &nodes.records[(index - nodes.first) * D::QUADS].0;
-            let weight = weights.weight::<D>(lane, &places);
+            let weight = weights.weight::<D>(&places);
             (0..D::AXES).for_each(|axis| visit(weight, axis, record[axis].to_f64()));
         });
     };
