@@ -23,11 +23,10 @@ use crate::inertia::MassScaling;
 use crate::levels;
 use crate::material::ConstitutiveModel;
 use crate::material::damage::{DamageEffect, JohnsonCookDamage, Undamaged};
-use crate::material::effects::{
-    Adiabatic, Isothermal, RateDependent, RateEffect, RateIndependent, Softening,
-};
+use crate::material::effects::{Adiabatic, Isothermal, Softening};
 use crate::material::hardening::{Hardening, PowerLaw, TanhLaw};
 use crate::material::johnson_cook::JohnsonCook;
+use crate::material::rate::{RateDependent, RateEffect, RateIndependent};
 use crate::material::viscosity::Viscous;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block};

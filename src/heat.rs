@@ -35,13 +35,13 @@
 
 use crate::dimension::Dimension;
 use crate::grid::{FixedNodes, Layout};
-use crate::heat_nodes::{HeatNode, Stencils};
-use crate::locking::for_each_node;
+use crate::heat_nodes::HeatNode;
 use crate::material::ConstitutiveModel;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block, Column, Places};
 use crate::shape::ShapeFunction;
 use crate::simd::Real;
+use crate::stencils::{ExactStencils, for_each_node};
 use serde::{Deserialize, Serialize};
 
 /// Length of a pass over the explicit limit (-): errors of time stay below those of space, and splitting heating from
@@ -221,7 +221,7 @@ impl HeatConduction {
         for block in partition.chunks.iter().flat_map(|chunk| &chunk.blocks) {
             let points = block.places();
             let temperatures = temperatures(model, block);
-            self.add_moments(&partition.layout, &points, &Stencils::of(&points, shape), &temperatures);
+            self.add_moments(&partition.layout, &points, &ExactStencils::of(&points, shape), &temperatures);
         }
         self.nodes.iter_mut().filter(|node| node.capacity > 0.0).for_each(HeatNode::fit::<D>);
     }
@@ -232,7 +232,7 @@ impl HeatConduction {
         &mut self,
         layout: &Layout,
         points: &Places<'_, R, D>,
-        weights: &Stencils,
+        weights: &ExactStencils,
         temperatures: &Column<f64>,
     ) {
         for lane in points.points() {
@@ -292,7 +292,7 @@ impl HeatConduction {
             for lane in points.points() {
                 conductances[lane] = per_slope * model.present_volume_ratio(&block.state, lane);
             }
-            self.add_flow(layout, &points, &Stencils::of(&points, shape), &conductances);
+            self.add_flow(layout, &points, &ExactStencils::of(&points, shape), &conductances);
         }
     }
 
@@ -304,7 +304,7 @@ impl HeatConduction {
         &mut self,
         layout: &Layout,
         points: &Places<'_, R, D>,
-        weights: &Stencils,
+        weights: &ExactStencils,
         conductances: &Column<f64>,
     ) {
         for lane in points.points() {
@@ -356,7 +356,7 @@ impl HeatConduction {
         for block in chunks.iter_mut().flat_map(|chunk| &mut chunk.blocks) {
             let points = block.places();
             let mut rises = temperatures(model, block);
-            self.follow(layout, &points, &Stencils::of(&points, shape), levelling, &mut rises);
+            self.follow(layout, &points, &ExactStencils::of(&points, shape), levelling, &mut rises);
             for lane in 0..BLOCK {
                 if block.is_point(lane) && rises[lane] != 0.0 {
                     let capacity = self.capacity * block.volume[lane].to_f64();
@@ -372,7 +372,7 @@ impl HeatConduction {
         &self,
         layout: &Layout,
         points: &Places<'_, R, D>,
-        weights: &Stencils,
+        weights: &ExactStencils,
         levelling: f64,
         temperatures: &mut Column<f64>,
     ) {

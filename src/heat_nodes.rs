@@ -1,11 +1,6 @@
-//! What heat conduction knows of a node, the plane fitted to the temperatures around it, and weights exact enough to
-//! conserve.
+//! What heat conduction knows of a node, and the plane fitted to the temperatures around it.
 
 use crate::dimension::Dimension;
-use crate::locking;
-use crate::points::{BLOCK, Column, Places};
-use crate::shape::ShapeFunction;
-use crate::simd::{Array, Real, Vector};
 
 /// Least spread of the points around a node that a slope is fitted to, as a variance (cells²); fewer have their mean.
 const LEAST_SPREAD: f64 = 1e-6;
@@ -62,76 +57,5 @@ impl HeatNode {
         let deviation = (self.square * scale - mean * mean).max(0.0).sqrt();
         self.driving = mean + (self.value - mean).clamp(-FURTHEST * deviation, FURTHEST * deviation);
         self.mixed = slope;
-    }
-}
-
-/// Weights and slopes of a block's points in double precision, by axis and place in the stencil.
-///
-/// The middle weight is what the others leave, so that weights sum to one and slopes to zero in single precision too: on
-/// these sums conservation rests.
-pub(crate) struct Stencils {
-    weights: [[Column<f64>; 3]; 3],
-    slopes: [[Column<f64>; 3]; 3],
-}
-
-impl Stencils {
-    /// Those of a block.
-    #[inline(never)]
-    pub(crate) fn of<R: Real, D: Dimension, F: ShapeFunction<R>>(
-        points: &Places<'_, R, D>,
-        shape: &F,
-    ) -> Self {
-        let exact = |columns: &[[Column<R>; 3]; 3], sum: f64| {
-            columns.each_ref().map(|of_axis| {
-                let mut wide = of_axis.each_ref().map(|column| column.map(Real::to_f64));
-                for lane in 0..BLOCK {
-                    wide[1][lane] = sum - wide[0][lane] - wide[2][lane];
-                }
-                wide
-            })
-        };
-        let own = locking::Stencils::of(points, shape);
-        Stencils { weights: exact(&own.weights, 1.0), slopes: exact(&own.slopes, 0.0) }
-    }
-
-    /// Weight of a node for a point (-).
-    pub(crate) fn weight<D: Dimension>(&self, lane: usize, places: &[usize; 3]) -> f64 {
-        (0..D::AXES).map(|axis| self.weights[axis][places[axis]][lane]).product()
-    }
-
-    /// Slope of that weight along an axis (1/cell).
-    pub(crate) fn slope<D: Dimension>(&self, lane: usize, places: &[usize; 3], along: usize) -> f64 {
-        let factor = |axis: usize| {
-            let columns = if axis == along { &self.slopes } else { &self.weights };
-            columns[axis][places[axis]][lane]
-        };
-        (0..D::AXES).map(factor).product()
-    }
-}
-
-/// The weights of one point alone, the same numbers as in `Stencils`: where few points of a block are asked for.
-pub(crate) struct PointWeights([[f64; 3]; 3]);
-
-impl PointWeights {
-    /// Those of the point at `lane`.
-    #[inline(always)]
-    pub(crate) fn of<R: Real, D: Dimension, F: ShapeFunction<R>>(
-        points: &Places<'_, R, D>,
-        lane: usize,
-        shape: &F,
-    ) -> Self {
-        let mut weights = [[0.0; 3]; 3];
-        for (of_axis, offset) in weights.iter_mut().zip(points.offset.as_ref()) {
-            let stencil = shape.stencil(Array::<R, 1>::splat(offset[lane]));
-            let [low, _, high] = stencil.weights.map(|weight| weight.sum().to_f64());
-            *of_axis = [low, 1.0 - low - high, high];
-        }
-        PointWeights(weights)
-    }
-
-    /// Weight of a node (-).
-    #[inline(always)]
-    pub(crate) fn weight<D: Dimension>(&self, places: &[usize; 3]) -> f64 {
-        (0..D::AXES).map(|axis| self.0[axis][places[axis]]).product()
     }
 }

@@ -16,13 +16,12 @@
 use crate::dimension::Dimension;
 use crate::grid::Layout;
 use crate::heat::{HeatTotals, NodeHeat, warm};
-use crate::heat_nodes::Stencils;
-use crate::locking::for_each_node;
 use crate::material::ConstitutiveModel;
 use crate::partition::Partition;
 use crate::points::Places;
 use crate::shape::ShapeFunction;
 use crate::simd::Real;
+use crate::stencils::{ExactStencils, for_each_node};
 
 /// Adds heat (J) on a node.
 pub fn add(sum: &mut NodeHeat, node: usize, heat: f64) {
@@ -67,11 +66,11 @@ pub fn deposit<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<
     if placed == 0.0 {
         return total;
     }
-    let mut stencils: Option<((usize, usize), Stencils)> = None;
+    let mut stencils: Option<((usize, usize), ExactStencils)> = None;
     for (c, b, lane) in near {
         let block = &mut chunks[c].blocks[b];
         if stencils.as_ref().is_none_or(|(place, _)| *place != (c, b)) {
-            stencils = Some(((c, b), Stencils::of(&block.places(), shape)));
+            stencils = Some(((c, b), ExactStencils::of(&block.places(), shape)));
         }
         let Some((_, weights)) = &stencils else { continue };
         let rise = rise::<D>(layout, &block.places().node_of(lane), lane, weights, &sources);
@@ -116,7 +115,7 @@ fn find_near<R: Real, D: Dimension, F: ShapeFunction<R>>(
         if !last.1 {
             continue;
         }
-        let weights = weights.get_or_insert_with(|| Stencils::of(points, shape));
+        let weights = weights.get_or_insert_with(|| ExactStencils::of(points, shape));
         let own = capacity * points.volume[lane].to_f64();
         for_each_node::<D>(layout, &node, |index, places| {
             if let Some(k) = source_at(sources, index) {
@@ -133,7 +132,7 @@ fn rise<D: Dimension>(
     layout: &Layout,
     node: &D::Vector<i32>,
     lane: usize,
-    weights: &Stencils,
+    weights: &ExactStencils,
     sources: &[Source],
 ) -> f64 {
     let mut rise = 0.0;

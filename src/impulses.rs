@@ -15,6 +15,11 @@ const MOST_SWEEPS: u32 = 400;
 /// Sweeps end when none changes a point's velocity by more than this part of the fastest speed (-); what is left is made
 /// good in the next substep, which starts from here (figures in docs/contact.md).
 const TOLERANCE: f64 = 1e-5;
+/// Sweeps between two looks at their progress; even, as sweeps there and back differ.
+const LOOK: u32 = 10;
+/// They end as well where changes are below this part of the fastest speed (-) and fell by less than a tenth since the last
+/// look: points that share their nodes pass impulses on to each other without end, of which no velocity feels much.
+const STALLED: f64 = 1e-3;
 
 /// A node that a touching point reaches, as the sweeps need it; the fourth entries are zero.
 #[derive(Clone, Copy, Debug, Default)]
@@ -87,6 +92,7 @@ impl Kernel<f64> for Sweep<'_> {
             }
         }
         let tool = padded::<S>(tool);
+        let mut before = f64::MAX;
         for count in 1..=MOST_SWEEPS {
             prepare(touches);
             let mut largest = 0.0_f64;
@@ -94,8 +100,13 @@ impl Kernel<f64> for Sweep<'_> {
                 let place = if count % 2 == 1 { place } else { touches.len() - 1 - place };
                 largest = largest.max(correct::<S>(&mut touches[place], reached, nodes, tool));
             }
-            if largest <= TOLERANCE * fastest {
+            let looks = count % LOOK == 0;
+            let is_stalled = looks && largest <= STALLED * fastest && largest > 0.9 * before;
+            if largest <= TOLERANCE * fastest || is_stalled {
                 return count;
+            }
+            if looks {
+                before = largest;
             }
         }
         MOST_SWEEPS

@@ -17,6 +17,7 @@ pub mod grid;
 pub mod contact;
 pub mod body_force;
 pub mod transfer;
+mod stencils;
 pub mod guards;
 pub mod velocity_range;
 pub mod chunk;

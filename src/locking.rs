@@ -24,10 +24,11 @@ use crate::dimension::Dimension;
 use crate::grid::{Layout, Record, add_force};
 use crate::material::ConstitutiveModel;
 use crate::partition::Partition;
-use crate::points::{BLOCK, Block, Column, Places, PointState};
+use crate::points::{BLOCK, Block, Places, PointState};
 use crate::shape::ShapeFunction;
-use crate::simd::{InstructionSet, Kernel, Real, Simd, Vector, dispatch};
-use crate::transfer::{NodeRun, first_node};
+use crate::simd::Real;
+use crate::stencils::{Stencils, for_each_node};
+use crate::transfer::NodeRun;
 
 /// Motion of the points between two looks at their volume ratios (cells).
 ///
@@ -193,7 +194,7 @@ impl LockingControl {
             taken += volume * fallen;
             // Eq. 11 of Ambati et al. (2011) with the change of stress, which is the same along every axis.
             let strength = -volume * (mean_stress(model, block, lane) - before) / layout.cell;
-            weights.push::<D>(layout, &node, lane, strength, &mut incoming[c]);
+            push::<R, D>(weights, (layout, &node), lane, strength, &mut incoming[c]);
         }
         taken
     }
@@ -234,90 +235,19 @@ fn mean_stress<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
     report.jacobian * (report.stress[0] + report.stress[1] + report.stress[2]) / 3.0
 }
 
-/// Calls `visit` with the index in the layout of each node that a point at `node` touches, and the node's place in the
-/// stencil along each axis.
-pub(crate) fn for_each_node<D: Dimension>(
-    layout: &Layout,
-    node: &D::Vector<i32>,
-    mut visit: impl FnMut(usize, [usize; 3]),
+/// Adds a force (N per unit slope, the same along every axis) of the point at `lane` to the nodes around it.
+#[inline(never)]
+fn push<R: Real, D: Dimension>(
+    weights: &Stencils<R>,
+    (layout, node): (&Layout, &D::Vector<i32>),
+    lane: usize,
+    strength: f64,
+    run: &mut NodeRun<R>,
 ) {
-    for pencil in 0..D::PENCILS {
-        let first = first_node::<D>(layout, 0, node, pencil);
-        for k in 0..3 {
-            let places = if D::AXES == 2 { [pencil, k, 0] } else { [pencil / 3, pencil % 3, k] };
-            visit(first + k, places);
-        }
-    }
-}
-
-/// Weights and slopes of a block's points, by axis and place in the stencil.
-pub(crate) struct Stencils<R> {
-    pub(crate) weights: [[Column<R>; 3]; 3],
-    pub(crate) slopes: [[Column<R>; 3]; 3],
-}
-
-impl<R: Real> Stencils<R> {
-    /// Those of a block.
-    pub(crate) fn of<D: Dimension, F: ShapeFunction<R>>(points: &Places<'_, R, D>, shape: &F) -> Self {
-        // A few blocks every some ten substeps: the portable instruction set is fast enough.
-        dispatch(InstructionSet::Portable, BlockStencils { offset: points.offset.as_ref(), shape })
-    }
-
-    /// Weight of a node for a point (-).
-    fn weight<D: Dimension>(&self, lane: usize, places: &[usize; 3]) -> f64 {
-        (0..D::AXES).map(|axis| self.weights[axis][places[axis]][lane].to_f64()).product()
-    }
-
-    /// Adds a force (N per unit slope, the same along every axis) of the point at `lane` to the nodes around it.
-    #[inline(never)]
-    fn push<D: Dimension>(
-        &self,
-        layout: &Layout,
-        node: &D::Vector<i32>,
-        lane: usize,
-        strength: f64,
-        run: &mut NodeRun<R>,
-    ) {
-        for_each_node::<D>(layout, node, |index, places| {
-            let force = D::vector(|axis| strength * self.slope::<D>(lane, &places, axis));
-            let begin = (index - run.first) * D::QUADS;
-            let record: &mut [Record<R>] = &mut run.records[begin..begin + D::QUADS];
-            add_force::<R, D>(record, force);
-        });
-    }
-
-    /// Slope of that weight along an axis (1/cell).
-    fn slope<D: Dimension>(&self, lane: usize, places: &[usize; 3], along: usize) -> f64 {
-        let factor = |axis: usize| {
-            let columns = if axis == along { &self.slopes } else { &self.weights };
-            columns[axis][places[axis]][lane].to_f64()
-        };
-        (0..D::AXES).map(factor).product()
-    }
-}
-
-/// Fills `Stencils`.
-struct BlockStencils<'a, R, F> {
-    offset: &'a [Column<R>],
-    shape: &'a F,
-}
-
-impl<R: Real, F: ShapeFunction<R>> Kernel<R> for BlockStencils<'_, R, F> {
-    type Output = Stencils<R>;
-
-    #[inline(always)]
-    fn run<S: Simd<Scalar = R>>(self) -> Self::Output {
-        let zero = [[[R::ZERO; BLOCK]; 3]; 3];
-        let mut out = Stencils { weights: zero, slopes: zero };
-        for (axis, offset) in self.offset.iter().enumerate() {
-            for lane in (0..BLOCK).step_by(S::Lanes::LANES) {
-                let stencil = self.shape.stencil(S::Lanes::load(&offset[lane..]));
-                for k in 0..3 {
-                    stencil.weights[k].store(&mut out.weights[axis][k][lane..]);
-                    stencil.slopes[k].store(&mut out.slopes[axis][k][lane..]);
-                }
-            }
-        }
-        out
-    }
+    for_each_node::<D>(layout, node, |index, places| {
+        let force = D::vector(|axis| strength * weights.slope::<D>(lane, &places, axis));
+        let begin = (index - run.first) * D::QUADS;
+        let record: &mut [Record<R>] = &mut run.records[begin..begin + D::QUADS];
+        add_force::<R, D>(record, force);
+    });
 }

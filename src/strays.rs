@@ -25,12 +25,11 @@
 
 use crate::dimension::Dimension;
 use crate::grid::{self, Layout};
-use crate::heat_nodes::PointWeights;
-use crate::locking::for_each_node;
 use crate::partition::Partition;
-use crate::points::{Column, Places, PointState};
+use crate::points::{BLOCK, Column, Places, PointState};
 use crate::shape::ShapeFunction;
 use crate::simd::Real;
+use crate::stencils::{PointWeights, StencilNodes, for_each_node, stencil_nodes};
 use crate::transfer::NodeRun;
 use crate::velocity_range::Stray;
 
@@ -112,6 +111,9 @@ impl StrayVelocities {
         for (chunk, deposits) in chunks.iter_mut().zip(incoming) {
             let mut strays = chunk.strays.iter().peekable();
             for (b, block) in chunk.blocks.iter_mut().enumerate() {
+                if !self.reaches_block(&block.node.as_ref()[0]) {
+                    continue;
+                }
                 let own = std::iter::from_fn(|| strays.next_if(|stray| stray.block == b).copied());
                 let (node, offset, volume) = (&block.node, &block.offset, &block.volume);
                 let points = Places::<R, D> { node, offset, volume };
@@ -124,10 +126,22 @@ impl StrayVelocities {
         (count, taken)
     }
 
-    /// Whether a point at this node may share nodes with a stray.
-    fn reaches(&self, node: &[i32]) -> bool {
+    /// Whether a point of a block may share nodes with a stray: its points were sorted along the first axis, and have moved by
+    /// less than a cell since.
+    fn reaches_block(&self, along_first: &Column<i32>) -> bool {
         let [low, high] = &self.range;
-        node.iter().zip(low.iter().zip(high)).all(|(node, (low, high))| node + 2 >= *low && node - 2 <= *high)
+        along_first[BLOCK - 1] + 4 >= low[0] && along_first[0] - 4 <= high[0]
+    }
+
+    /// Whether any of the nodes around points at a node is shared with a stray; gives them if so.
+    fn shares<D: Dimension>(&self, layout: &Layout, node: &D::Vector<i32>, nodes: &mut StencilNodes) -> bool {
+        let [low, high] = &self.range;
+        let mut axes = node.as_ref().iter().zip(low.iter().zip(high));
+        if !axes.all(|(node, (low, high))| node + 2 >= *low && node - 2 <= *high) {
+            return false;
+        }
+        stencil_nodes::<D>(layout, node, nodes);
+        nodes[..3 * D::PENCILS].iter().any(|&node| self.places[node] != 0)
     }
 
     /// Gives the excess of a stray to the nodes around it.
@@ -180,30 +194,28 @@ impl StrayVelocities {
     ) -> f64 {
         let mut strays = strays.peekable();
         let mut taken = 0.0;
-        let mut last = (D::vector(|_| i32::MIN), false);
+        let mut weights = [0.0; 27];
+        // Sorted points share their stencil with their neighbours.
+        let (mut last, mut nodes) = ((D::vector(|_| i32::MIN), false), StencilNodes::default());
         for lane in points.points() {
             let node = points.node_of(lane);
             if node.as_ref() != last.0.as_ref() {
-                let mut is_near = false;
-                if self.reaches(node.as_ref()) {
-                    for_each_node::<D>(layout, &node, |index, _| is_near |= self.places[index] != 0);
-                }
-                last = (node, is_near);
+                last = (node, self.shares::<D>(layout, &node, &mut nodes));
             }
             if !last.1 {
                 continue;
             }
-            let weights = PointWeights::of(points, lane, shape);
+            PointWeights::of(points, lane, shape).products::<D>(&mut weights);
+            let around = || nodes.iter().zip(&weights).take(3 * D::PENCILS);
             let mut change = D::vector(|_| 0.0);
             if let Some(stray) = strays.next_if(|stray| stray.lane == lane) {
                 (0..D::AXES).for_each(|axis| change[axis] -= stray.excess[axis]);
             }
-            for_each_node::<D>(layout, &node, |index, places| {
-                if let Some(share) = (self.places[index] as usize).checked_sub(1) {
-                    let weight = weights.weight::<D>(&places);
+            for (&node, weight) in around() {
+                if let Some(share) = (self.places[node] as usize).checked_sub(1) {
                     (0..D::AXES).for_each(|axis| change[axis] += weight * self.shares[share].momentum[axis]);
                 }
-            });
+            }
             let mass = density * points.volume[lane].to_f64();
             for axis in 0..D::AXES {
                 let old = velocity[axis][lane].to_f64();
@@ -212,12 +224,12 @@ impl StrayVelocities {
                 change[axis] = velocity[axis][lane].to_f64() - old;
                 taken -= mass * change[axis] * (old + 0.5 * change[axis]);
             }
-            for_each_node::<D>(layout, &node, |index, places| {
-                let part = mass * weights.weight::<D>(&places);
-                let begin = (index - deposits.first) * D::QUADS;
+            for (&node, weight) in around() {
+                let part = mass * weight;
+                let begin = (node - deposits.first) * D::QUADS;
                 let record = &mut deposits.records[begin..begin + D::QUADS];
                 grid::add_momentum::<R, D>(record, D::vector(|axis| part * change[axis]));
-            });
+            }
         }
         taken
     }

@@ -2,11 +2,10 @@
 
 use crate::dimension::Dimension;
 use crate::grid::Layout;
-use crate::heat_nodes::PointWeights;
-use crate::locking::for_each_node;
-use crate::points::{Column, Places};
+use crate::points::{BLOCK, Column, Places};
 use crate::shape::ShapeFunction;
 use crate::simd::Real;
+use crate::stencils::{PointWeights, for_each_node};
 use crate::transfer::{NodeRun, first_node};
 
 /// A velocity out of bounds.
@@ -30,18 +29,26 @@ pub fn find<R: Real, D: Dimension, F: ShapeFunction<R>>(
     bound: R,
     found: &mut Vec<Stray>,
 ) {
-    let middle = D::PENCILS / 2;
-    for lane in points.points() {
-        let node = points.node_of(lane);
-        let nearest = first_node::<D>(layout, nodes.first, &node, middle) + 1;
+    // Without a branch for each point: most blocks have no suspect at all.
+    let mut apart = [R::ZERO; BLOCK];
+    for (lane, apart) in apart.iter_mut().enumerate() {
+        let nearest = first_node::<D>(layout, nodes.first, &points.node_of(lane), D::PENCILS / 2) + 1;
         let near = &nodes.records[nearest * D::QUADS].0;
-        let is_suspect = (0..D::AXES).any(|axis| (velocity[axis][lane] - near[axis]).abs() > bound);
-        if is_suspect {
-            let weights = PointWeights::of(points, lane, shape);
-            let own = D::vector(|axis| velocity[axis][lane].to_f64());
-            if let Some(excess) = excess::<R, D>((nodes, layout, &weights), &node, &own, bound.to_f64()) {
-                found.push(Stray { block, lane, excess });
-            }
+        for axis in 0..D::AXES {
+            let difference = (velocity[axis][lane] - near[axis]).abs();
+            *apart = if difference > *apart { difference } else { *apart };
+        }
+    }
+    let most = apart.iter().fold(R::ZERO, |most, &apart| if apart > most { apart } else { most });
+    if most <= bound {
+        return;
+    }
+    for lane in points.points().filter(|&lane| apart[lane] > bound) {
+        let weights = PointWeights::of(points, lane, shape);
+        let own = D::vector(|axis| velocity[axis][lane].to_f64());
+        let node = points.node_of(lane);
+        if let Some(excess) = excess::<R, D>((nodes, layout, &weights), &node, &own, bound.to_f64()) {
+            found.push(Stray { block, lane, excess });
         }
     }
 }

@@ -341,10 +341,15 @@ fn every_return_ends_on_the_yield_surface() {
             );
             // While solving, the temperature follows q x (backward Euler).
             let rise = |x: f64| c.taylor_quinney / (c.density * c.specific_heat) * q * x;
-            let at =
-                |x: f64| flow_stress(c, old.plastic_strain[lane] + x, x / dt, old.thermal.0[lane] + rise(x));
+            let warmer = |x: f64, by: f64| {
+                flow_stress(c, old.plastic_strain[lane] + x, x / dt, old.thermal.0[lane] + rise(x) + by)
+            };
+            let at = |x: f64| warmer(x, 0.0);
             let residual = (q - at(x)).abs();
-            let unsure = (at(x + lost) - at((x - lost).max(0.0))).abs();
+            // The temperature is rounded in the same way: next to T_ref its root (m = ½) tells.
+            let warmth = f64::EPSILON * state.thermal.0[lane];
+            let unsure = (at(x + lost) - at((x - lost).max(0.0))).abs()
+                + (warmer(x, warmth) - warmer(x, -warmth)).abs();
             // T* and its power are rounded against one, so next to melting the flow stress is rounded against the cold one.
             let cold = flow_stress(c, strain, x / dt, 0.0);
             let bound = 2e-12 * trial + unsure + 8.0 * f64::EPSILON * cold;

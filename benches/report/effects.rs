@@ -71,8 +71,9 @@ pub const EFFECTS: [Effect; 12] = [
 ];
 
 /// Distance of points for instruction counts (m): 1,875 points; and for the cut itself: 30,000.
-const COARSE: f64 = 4e-5;
 const FINE: f64 = 1e-5;
+/// Coarsening at which instructions are counted.
+pub const COARSE: f64 = 4.0;
 
 /// Finds an effect.
 pub fn find(name: &str) -> Option<&'static Effect> {
@@ -92,12 +93,14 @@ impl Effect {
         scene
     }
 
-    /// Runs the coarse cut to a place (mm of travel) for callgrind; prints its points, substeps and instruction set.
+    /// Runs a cut to a place (mm of travel) for callgrind; prints its points, substeps and instruction set.
+    ///
+    /// * `coarsening`: distance of points over the reference's; `COARSE` for the table
     ///
     /// # Errors
     /// What the program says against the scene.
-    pub fn count(&self, has_effect: bool, millimetres: f64) -> Result<(), String> {
-        let scene = self.scene(has_effect, COARSE);
+    pub fn count(&self, has_effect: bool, millimetres: f64, coarsening: f64) -> Result<(), String> {
+        let scene = self.scene(has_effect, FINE * coarsening);
         let mut session = Session::new(&scene, 0.0).map_err(|e| e.to_string())?;
         let end = 1e-3 * millimetres / scene.inputs.tool_velocity;
         session.advance_to(end, &mut |_| true).map_err(|e| e.to_string())?;

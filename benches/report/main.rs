@@ -99,13 +99,15 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// One effect: `count with|without MILLIMETRES`, or `compare COARSENING`, which prints one line of JSON.
+/// One effect: `count with|without MILLIMETRES [COARSENING]`, or `compare COARSENING`, which prints one line of JSON.
 fn effect(name: &str, words: &[&str]) -> Result<(), String> {
     let effect = effects::find(name).ok_or("no such effect")?;
     let number = |text: &str| text.parse::<f64>().map_err(|e| format!("'{text}': {e}"));
     match words {
-        ["count", "with", place] => effect.count(true, number(place)?),
-        ["count", "without", place] => effect.count(false, number(place)?),
+        ["count", which @ ("with" | "without"), place, rest @ ..] if rest.len() < 2 => {
+            let coarsening = rest.first().map_or(Ok(effects::COARSE), |text| number(text))?;
+            effect.count(*which == "with", number(place)?, coarsening)
+        }
         ["compare", coarsening] => {
             println!("{}", effect.compare(number(coarsening)?));
             Ok(())

@@ -1,50 +1,10 @@
-//! Rate and temperature in the flow stress, each with a twin that does nothing.
+//! Temperature in the flow stress, with twins that do less.
 //!
-//! Both are type parameters of the flow law: what a scene does not name costs no array, no logarithm and no power.
+//! A type parameter of the flow law: what a scene does not name costs no array and no power.
 
 use crate::points::{BLOCK, Column, PointState};
-use crate::simd::math::{ln, pow};
+use crate::simd::math::pow;
 use crate::simd::{Real, Vector};
-
-/// Dependence of the flow stress on the plastic strain rate.
-pub trait RateEffect<R: Real>: Clone + Send + Sync + 'static {
-    /// Factor on the flow stress (-) and its derivative with respect to the strain increment (-).
-    ///
-    /// * `increment`: equivalent plastic strain of the substep (-), positive
-    /// * `dt`: substep (s)
-    fn factor<V: Vector<Scalar = R>>(&self, increment: V, dt: R) -> (V, V);
-}
-
-/// No dependence.
-#[derive(Clone, Copy, Debug)]
-pub struct RateIndependent;
-
-impl<R: Real> RateEffect<R> for RateIndependent {
-    #[inline(always)]
-    fn factor<V: Vector<Scalar = R>>(&self, _increment: V, _dt: R) -> (V, V) {
-        (V::constant(1.0), V::constant(0.0))
-    }
-}
-
-/// Johnson and Cook's 1 + C ln(ε̄̇/ε̇₀), and 1 below the reference rate ε̇₀, where the logarithm would soften.
-#[derive(Clone, Copy, Debug)]
-pub struct RateDependent<R> {
-    /// C (-).
-    pub coefficient: R,
-    /// ε̇₀ (1/s).
-    pub reference: R,
-}
-
-impl<R: Real> RateEffect<R> for RateDependent<R> {
-    #[inline(always)]
-    fn factor<V: Vector<Scalar = R>>(&self, increment: V, dt: R) -> (V, V) {
-        let one = V::constant(1.0);
-        let c = V::splat(self.coefficient);
-        let relative = increment / V::splat(dt * self.reference);
-        let slope = V::select(relative.gt(one), c / increment, V::constant(0.0));
-        (c.mul_add(ln(relative.max(one)), one), slope)
-    }
-}
 
 /// Temperature of the points and its effect on the flow stress.
 pub trait ThermalEffect<R: Real>: Clone + Send + Sync + 'static {
@@ -68,8 +28,11 @@ pub trait ThermalEffect<R: Real>: Clone + Send + Sync + 'static {
     /// Temperature (K) of points `lane..` after a rise of `rise` (K).
     fn temperature_after<V: Vector<Scalar = R>>(&self, state: &Self::State, lane: usize, rise: V) -> V;
 
-    /// Factor on the flow stress (-) when the temperature rises by `rise` (K), and its derivative (1/K).
-    fn factor<V: Vector<Scalar = R>>(&self, state: &Self::State, lane: usize, rise: V) -> (V, V);
+    /// Whether the flow stress feels a rise of temperature.
+    const SOFTENS: bool;
+
+    /// Factor on the flow stress (-) when the temperature rises by `rise` (K), and its first two derivatives (1/K, 1/K²).
+    fn factor<V: Vector<Scalar = R>>(&self, state: &Self::State, lane: usize, rise: V) -> [V; 3];
 
     /// Factor on the flow stress at the start temperature of a point (-).
     fn static_factor(&self, temperature: f64) -> f64;
@@ -138,6 +101,7 @@ impl<R: Real> PointState<R> for () {
 
 impl<R: Real> ThermalEffect<R> for Isothermal {
     type State = ();
+    const SOFTENS: bool = false;
 
     fn place(&self, _state: &mut (), _lane: usize, _temperature: f64) {}
 
@@ -156,8 +120,9 @@ impl<R: Real> ThermalEffect<R> for Isothermal {
     }
 
     #[inline(always)]
-    fn factor<V: Vector<Scalar = R>>(&self, _state: &(), _lane: usize, _rise: V) -> (V, V) {
-        (V::constant(ThermalEffect::<R>::static_factor(self, self.temperature)), V::constant(0.0))
+    fn factor<V: Vector<Scalar = R>>(&self, _state: &(), _lane: usize, _rise: V) -> [V; 3] {
+        let zero = V::constant(0.0);
+        [V::constant(ThermalEffect::<R>::static_factor(self, self.temperature)), zero, zero]
     }
 
     fn static_factor(&self, _temperature: f64) -> f64 {
@@ -232,6 +197,7 @@ impl<R: Real, const SOFTENS: bool> Adiabatic<R, SOFTENS> {
 
 impl<R: Real, const SOFTENS: bool> ThermalEffect<R> for Adiabatic<R, SOFTENS> {
     type State = Temperature<R>;
+    const SOFTENS: bool = SOFTENS;
 
     fn place(&self, state: &mut Temperature<R>, lane: usize, temperature: f64) {
         state.0[lane] = R::from_f64(temperature);
@@ -253,20 +219,21 @@ impl<R: Real, const SOFTENS: bool> ThermalEffect<R> for Adiabatic<R, SOFTENS> {
     }
 
     #[inline(always)]
-    fn factor<V: Vector<Scalar = R>>(&self, state: &Temperature<R>, lane: usize, rise: V) -> (V, V) {
-        let one = V::constant(1.0);
+    fn factor<V: Vector<Scalar = R>>(&self, state: &Temperature<R>, lane: usize, rise: V) -> [V; 3] {
+        let (zero, one) = (V::constant(0.0), V::constant(1.0));
         if !SOFTENS {
-            return (one, V::constant(0.0));
+            return [one, zero, zero];
         }
         let inverse_range = V::splat(self.inverse_range);
         let temperature = V::load(&state.0[lane..]) + rise;
-        let homologous =
-            ((temperature - V::splat(self.reference)) * inverse_range).max(V::constant(0.0)).min(one);
-        let power = pow(homologous, V::splat(self.exponent));
+        let homologous = ((temperature - V::splat(self.reference)) * inverse_range).max(zero).min(one);
+        let m = V::splat(self.exponent);
+        let power = pow(homologous, m);
         // d(T*ᵐ)/dT = m T*ᵐ/T*/(T_melt − T_ref). The return's last step is taken by it unseen, so the guard against T* = 0 is far
         // below any rise of temperature.
-        let slope = V::splat(self.exponent) * power / homologous.max(V::constant(1e-30)) * inverse_range;
-        (one - power, -slope)
+        let per_kelvin = inverse_range / homologous.max(V::constant(1e-30));
+        let slope = m * power * per_kelvin;
+        [one - power, -slope, (one - m) * slope * per_kelvin]
     }
 
     fn static_factor(&self, temperature: f64) -> f64 {
@@ -311,25 +278,6 @@ mod tests {
         out[0]
     }
 
-    /// The logarithm hardens above the reference rate and would soften below it, where the factor is one by definition.
-    #[test]
-    fn rate_factor_is_the_logarithm_above_the_reference_rate_and_one_below() {
-        let rate = RateDependent { coefficient: 0.014, reference: 2.0 };
-        let dt = 1e-3;
-        for exponent in -12..=12 {
-            let speed = 3.0 * 10_f64.powi(exponent);
-            let (factor, slope) = rate.factor(V::splat(speed * dt), dt);
-            let exact = 1.0 + 0.014 * (speed / 2.0).max(1.0).ln();
-            assert!(
-                (first(factor) - exact).abs() < 1e-14,
-                "factor {} at {speed} 1/s, exact {exact}",
-                first(factor)
-            );
-            let exact = if speed > 2.0 { 0.014 / (speed * dt) } else { 0.0 };
-            assert!((first(slope) - exact).abs() <= 1e-14 * exact, "slope {} at {speed} 1/s", first(slope));
-        }
-    }
-
     /// Softening runs from one at the reference temperature to zero at melting and stays there; nothing is stiffer when cold.
     #[test]
     fn softening_is_capped_below_and_above() {
@@ -340,7 +288,7 @@ mod tests {
             for lane in 0..8 {
                 effect.place(&mut state, lane, temperature);
             }
-            let (kernel, _) = effect.factor(&state, 0, V::constant(0.0));
+            let [kernel, ..] = effect.factor(&state, 0, V::constant(0.0));
             assert_eq!(
                 (first(kernel), softening.factor(temperature)),
                 (factor, factor),
@@ -356,9 +304,9 @@ mod tests {
         let effect = Adiabatic::<f64, true>::new(0.9, 3.76e6, 298.15, softening);
         for temperature in [300.0, 500.0, 1000.0, 1570.0] {
             let state = Temperature([temperature; BLOCK]);
-            let at = |rise: f64| first(effect.factor(&state, 0, V::splat(rise)).0);
+            let at = |rise: f64| first(effect.factor(&state, 0, V::splat(rise))[0]);
             let difference = (at(0.01) - at(-0.01)) / 0.02;
-            let slope = first(effect.factor(&state, 0, V::constant(0.0)).1);
+            let slope = first(effect.factor(&state, 0, V::constant(0.0))[1]);
             // Third derivative times step², at most 1e-6 of the slope this close to the reference temperature.
             assert!(
                 (slope - difference).abs() < 1e-5 * slope.abs(),

@@ -26,14 +26,21 @@ pub struct Strength<V> {
     pub hardened: V,
     /// Derivative of the strength with respect to plastic strain, over the softening factor (Pa).
     pub slope: V,
+    /// The second derivative (Pa).
+    pub curvature: V,
     /// Softening factor (-); the strength is `hardened * softening`.
     pub softening: V,
     /// Derivative of that factor with respect to temperature (1/K).
     pub softening_slope: V,
+    /// The second derivative (1/K²).
+    pub softening_curvature: V,
 }
 
 /// A law of strength over plastic strain and temperature.
 pub trait Hardening<R: Real>: Clone + Send + Sync + 'static {
+    /// Whether `strength` gives second derivatives; else they are 0.
+    const CURVES: bool;
+
     /// The law with a material's constants.
     fn new(constants: &Constants) -> Self;
 
@@ -78,6 +85,8 @@ impl<R: Real> PowerLaw<R> {
 }
 
 impl<R: Real> Hardening<R> for PowerLaw<R> {
+    const CURVES: bool = true;
+
     fn new(constants: &Constants) -> Self {
         PowerLaw {
             yield_stress: R::from_f64(constants.yield_stress),
@@ -105,12 +114,16 @@ impl<R: Real> Hardening<R> for PowerLaw<R> {
     ) -> Strength<V> {
         let n = V::splat(self.exponent);
         let power = V::splat(self.modulus) * pow(strain, n);
-        let (softening, softening_slope) = thermal.factor(state, lane, rise);
+        let [softening, softening_slope, softening_curvature] = thermal.factor(state, lane, rise);
+        let per_strain = V::constant(1.0) / strain.max(least());
+        let slope = n * power * per_strain;
         Strength {
             hardened: V::splat(self.yield_stress) + power,
-            slope: n * power / strain.max(least()),
+            slope,
+            curvature: (n - V::constant(1.0)) * slope * per_strain,
             softening,
             softening_slope,
+            softening_curvature,
         }
     }
 }
@@ -146,6 +159,8 @@ pub struct TanhLaw<R> {
 }
 
 impl<R: Real> Hardening<R> for TanhLaw<R> {
+    const CURVES: bool = false;
+
     fn new(constants: &Constants) -> Self {
         let [decay, shift, reach, onset, sharpness] = constants.tanh.map(R::from_f64);
         TanhLaw {
@@ -210,13 +225,15 @@ impl<R: Real> Hardening<R> for TanhLaw<R> {
         let per_kelvin = V::splat(self.inverse_melting) / relative;
         let factor_per_kelvin = loss * per_kelvin * (b * p * power_slope - d * (one - power));
 
-        let (thermal_factor, thermal_slope) = thermal.factor(state, lane, rise);
+        let [thermal_factor, thermal_slope, _] = thermal.factor(state, lane, rise);
         Strength {
             hardened,
             slope: growth * (n - a * exponent) / strain.max(least())
                 + hardened * factor_per_strain / factor.max(V::constant(COLDEST)),
+            curvature: V::constant(0.0),
             softening: thermal_factor * factor,
             softening_slope: thermal_slope * factor + thermal_factor * factor_per_kelvin,
+            softening_curvature: V::constant(0.0),
         }
     }
 }

@@ -15,9 +15,10 @@
 //! plastic work are those of the Kirchhoff stress; J differs from one by the elastic change of volume alone.
 
 use super::damage::{DamageEffect, Undamaged};
-use super::effects::{RateEffect, ThermalEffect};
+use super::effects::ThermalEffect;
 use super::elasticity::Elasticity;
 use super::hardening::{Hardening, PowerLaw};
+use super::rate::RateEffect;
 use super::{ConstitutiveModel, PointReport, Totals};
 use crate::dimension::Dimension;
 use crate::points::{BLOCK, Column, PointState};

@@ -6,6 +6,7 @@ pub mod elasticity;
 pub mod hardening;
 pub mod johnson_cook;
 pub mod library;
+pub mod rate;
 mod return_map;
 pub mod viscosity;
 

@@ -8,17 +8,26 @@
 //! a bracket holds a root from first yield on, where the slopes of ε̄ⁿ and of ln ε̄̇ are without bound and plain
 //! Newton steps can miss it. That f falls is not needed: a law that softens with strain faster than 3μ gives several
 //! roots, of which the bracket keeps one (tests/material_point.rs, `softening_returns_end_on_the_yield_surface`).
+//!
+//! Hardening and softening, each with a power, are as good as parabolas over what a guess misses x by; the rate's logarithm is
+//! not. So each step solves the return for the rate with those parabolas (`RateEffect::solve`), at a logarithm a
+//! try and nothing else, and one evaluation of the strength is enough for most returns of a cut.
 
 use super::Totals;
 use super::damage::{DamageEffect, Yielding};
-use super::effects::{RateEffect, ThermalEffect};
+use super::effects::ThermalEffect;
 use super::hardening::Hardening;
 use super::johnson_cook::{JohnsonCook, State};
+use super::rate::{KnownReturn, KnownStrength, Nearby, RateEffect, Standing};
 use crate::dimension::Dimension;
 use crate::simd::{Mask, Real, Vector};
 
-/// Most evaluations of one return. Newton takes two to four; a law steeper than 3μ, whose slope says little, up to 100.
+/// Most evaluations of the strength in one return. One or two suffice; a law steeper than 3μ, whose slope says little, takes up
+/// to 100.
 const MAX_EVALUATIONS: usize = 120;
+
+/// How well the first guess solves for the rate (-): the strength at rest is not known better.
+const ROUGHLY: f64 = 0.1;
 
 impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageEffect<R>>
     JohnsonCook<R, Q, T, H, G>
@@ -49,24 +58,38 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageE
         let q = V::select(yields, squares[1].sqrt(), at_rest.max(one));
         let (mut low, mut high) = (zero, q / three_mu);
 
-        // First guess: the whole strain increment, as in steady flow, or the excess over the strength at rest where that is less.
+        // First guess: the whole strain increment, as in steady flow, or the excess over the strength at rest where that is
+        // less; then what the rate makes of the strength as it stands.
         let excess = (q - at_rest) / three_mu;
         let whole = (strain_square * V::constant(2.0 / 3.0)).sqrt();
-        let mut x = whole.min(excess).max(high * V::constant(1e-9));
+        let least = three_mu * V::constant(0.1);
+        let guess = whole.min(excess).max(high * V::constant(1e-9));
+        let standing = KnownReturn { trial: q, three_mu, strength: Standing(at_rest), least };
+        let start = (guess, self.rate.factor(guess, dt));
+        let (mut x, _) = self.rate.solve(&standing, start, dt, V::constant(ROUGHLY), yields);
+        x = x.max(high * V::constant(1e-9)).min(high);
 
         let tolerance = V::constant(if R::IS_SINGLE { 1e-6 } else { 1e-12 }) * q;
-        let near = V::constant(if R::IS_SINGLE { 3e-4 } else { 1e-7 });
+        // What parabolas, or lines for a law without second derivatives, miss is of the third, or second, order in the step
+        // over the strain and over what has softened: below the tolerance with these.
+        let near = match (H::CURVES, R::IS_SINGLE) {
+            (true, false) => 5e-5,
+            (false, false) => 7e-7,
+            (true, true) => 5e-3,
+            (false, true) => 7e-4,
+        };
+        let (near, near_rate) = (V::constant(near), V::constant(if R::IS_SINGLE { 3e-4 } else { 1e-7 }));
         let mut flow = q;
         let mut still = one;
         let mut last = V::constant(f64::MAX);
         for _ in 0..MAX_EVALUATIONS {
-            let (rate_factor, rate_slope) = self.rate.factor(x, dt);
+            let rate = self.rate.factor(x, dt);
             let stress = q - three_mu * x;
             let rise = self.thermal.rise(self.damage.carried(&state.damage, lane, stress * x));
             let strength = self.hardening.strength(old_strain + x, &self.thermal, &state.thermal, lane, rise);
             let (hardened, softening) = (strength.hardened, strength.softening);
             still = hardened * softening;
-            flow = still * rate_factor;
+            flow = still * rate;
             let residual = stress - flow;
             let closed = residual.abs().le(tolerance) | (high - low).le(V::splat(R::EPSILON) * high);
             if (closed | !yields).all() {
@@ -75,27 +98,39 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageE
             let too_small = residual.gt(zero);
             low = V::select(too_small, x, low);
             high = V::select(too_small, high, x);
-            let rest_slope = strength.slope * softening
-                + hardened
-                    * strength.softening_slope
-                    * self.thermal.rise(self.damage.carried(&state.damage, lane, stress - three_mu * x));
-            let slope = rest_slope * rate_factor + still * rate_slope;
-            let (steepness, least) = (three_mu + slope, three_mu * V::constant(0.1));
-            let newton = x + residual / steepness.max(least);
-            // Outside the bracket, or where Newton steps go to and fro (across the kink at the reference rate): the
-            // geometric mean, because the root may lie many orders below the upper end.
+            let heat = |work| self.thermal.rise(self.damage.carried(&state.damage, lane, work));
+            let half = V::constant(if H::CURVES { 0.5 } else { 0.0 });
+            let nearby = Nearby {
+                about: x,
+                hardened: [hardened, strength.slope, half * strength.curvature],
+                softening: [softening, strength.softening_slope, half * strength.softening_curvature],
+                heating: [heat(stress - three_mu * x), heat(-three_mu)],
+            };
+            let law = KnownReturn { trial: q, three_mu, strength: nearby, least };
+            let (root, is_exact) = self.rate.solve(&law, (x, rate), dt, near_rate, yields);
+            // Outside the bracket, or where steps go to and fro: the geometric mean, because the root may lie many orders
+            // below the upper end.
             let stalls = residual.abs().gt(V::constant(0.5) * last);
             last = residual.abs();
             let mean = (low / high).max(V::constant(1e-9)).sqrt() * high;
-            let inside = newton.gt(low) & newton.lt(high) & !stalls;
-            let next = V::select(closed, x, V::select(inside, newton, mean));
+            let inside = root.gt(low) & root.lt(high) & !stalls;
+            let next = V::select(closed, x, V::select(inside, root, mean));
             let step = next - x;
+            // No second look where the strength is as good as known at the end of a step. Softening begins and ends with a
+            // kink, which no derivative tells of.
+            let most = near * softening.min(one - softening);
+            let is_smooth = if T::SOFTENS { most.gt(zero) } else { one.gt(zero) };
+            let softened =
+                strength.softening_slope * nearby.heating[1].mul_add(step, nearby.heating[0]) * step;
+            let is_short = step.abs().le(near * (old_strain + x)) & softened.abs().le(most) & is_smooth;
+            let slope = strength.slope * softening + hardened * strength.softening_slope * nearby.heating[0];
+            let arrives = inside
+                & is_exact
+                & (is_short | step.abs().le(near_rate * x))
+                & (three_mu + slope * rate).gt(least);
             x = next;
-            // What a step this short leaves is of second order if the slope is the true one: within the tolerance, and not
-            // looked at again.
-            let arrives = inside & step.abs().le(near * x) & steepness.gt(least);
             if (closed | arrives | !yields).all() {
-                still = V::select(closed, still, step.mul_add(rest_slope, still));
+                still = V::select(closed, still, nearby.at(x).0);
                 flow = V::select(closed, flow, q - three_mu * x);
                 break;
             }

@@ -6,8 +6,9 @@
 use swarf::contact::{Contact, RigidTool};
 use swarf::dimension::Dimension;
 use swarf::grid::{FixedNodes, Layout};
-use swarf::material::effects::{Adiabatic, RateDependent, Softening, Temperature};
+use swarf::material::effects::{Adiabatic, Softening, Temperature};
 use swarf::material::johnson_cook::{JohnsonCook, State};
+use swarf::material::rate::RateDependent;
 use swarf::material::{ConstitutiveModel, Totals};
 use swarf::partition::Partition;
 use swarf::points::{BLOCK, Block};

@@ -13,8 +13,9 @@ use super::arena::{Arena, NO_DRIVE, ROOM, distant_tool, lattice, never_yielding,
 use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use crate::grid::FixedNodes;
 use crate::material::ConstitutiveModel;
-use crate::material::effects::{Adiabatic, RateIndependent, Softening};
+use crate::material::effects::{Adiabatic, Softening};
 use crate::material::johnson_cook::JohnsonCook;
+use crate::material::rate::RateIndependent;
 use crate::points::BLOCK;
 use crate::shape::Gimp;
 use crate::simulation::Solver;

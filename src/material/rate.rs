@@ -1,0 +1,261 @@
+//! Rate in the flow stress, with a twin that does nothing, and the return to the yield surface solved for it.
+//!
+//! A type parameter of the flow law: what a scene does not name costs no logarithm.
+
+use crate::simd::math::ln;
+use crate::simd::{Mask, Real, Vector};
+
+/// A return to the yield surface with what is known of the strength at rest: q − 3μ y − σ(y) R(y/Δt) = 0.
+#[derive(Clone, Copy, Debug)]
+pub struct KnownReturn<V, K> {
+    /// Equivalent stress if nothing yielded, q (Pa).
+    pub trial: V,
+    /// 3μ (Pa).
+    pub three_mu: V,
+    /// What is known of σ.
+    pub strength: K,
+    /// Least steepness 3μ + (σ R)' to divide by (Pa): a law that softens faster has no root that the slope tells of.
+    pub least: V,
+}
+
+/// What is known of the strength at rest.
+pub trait KnownStrength<V>: Copy {
+    /// Strength at rest (Pa) at the increment y (-) and its derivative (Pa), none where it is taken as constant.
+    fn at(&self, y: V) -> (V, Option<V>);
+}
+
+/// A strength (Pa) that stays as it is.
+#[derive(Clone, Copy, Debug)]
+pub struct Standing<V>(pub V);
+
+impl<V: Vector> KnownStrength<V> for Standing<V> {
+    #[inline(always)]
+    fn at(&self, _y: V) -> (V, Option<V>) {
+        (self.0, None)
+    }
+}
+
+/// A strength H(y) S(T(y)) of which all three are parabolas about an increment x.
+#[derive(Clone, Copy, Debug)]
+pub struct Nearby<V> {
+    /// The increment x (-).
+    pub about: V,
+    /// Strength without softening, H (Pa), its derivative with respect to the increment, and half the second.
+    pub hardened: [V; 3],
+    /// Softening S (-), its derivative with respect to temperature (1/K), and half the second (1/K²).
+    pub softening: [V; 3],
+    /// Rise of temperature with the increment at x (K), and half its second derivative (K).
+    pub heating: [V; 2],
+}
+
+impl<V: Vector> KnownStrength<V> for Nearby<V> {
+    #[inline(always)]
+    fn at(&self, y: V) -> (V, Option<V>) {
+        let way = y - self.about;
+        let (hardened, hardening) = parabola(self.hardened, way);
+        let [heating, bend] = self.heating;
+        let bent = bend * way;
+        let (softening, per_kelvin) = parabola(self.softening, (heating + bent) * way);
+        let slope = (hardened * per_kelvin).mul_add(heating + bent + bent, hardening * softening);
+        (hardened * softening, Some(slope))
+    }
+}
+
+impl<V: Vector, K: KnownStrength<V>> KnownReturn<V, K> {
+    /// Newton's step from y, for the rate's factor and its derivative there.
+    #[inline(always)]
+    fn step(&self, y: V, factor: V, derivative: V) -> V {
+        let (strength, slope) = self.strength.at(y);
+        let residual = self.trial - self.three_mu * y - strength * factor;
+        let steepness = strength.mul_add(derivative, self.three_mu);
+        residual / slope.map_or(steepness, |slope| slope.mul_add(factor, steepness).max(self.least))
+    }
+
+    /// Newton's steps from y with a factor of 1: one where the strength stays as it is, else two.
+    #[inline(always)]
+    fn without_rate(&self, y: V) -> V {
+        let (zero, one) = (V::constant(0.0), V::constant(1.0));
+        let once = y + self.step(y, one, zero);
+        if self.strength.at(y).1.is_none() { once } else { once + self.step(once, one, zero) }
+    }
+}
+
+/// c₀ + c₁ x + c₂ x² and its derivative.
+#[inline(always)]
+fn parabola<V: Vector>([c0, c1, c2]: [V; 3], x: V) -> (V, V) {
+    let bent = c2 * x;
+    ((c1 + bent).mul_add(x, c0), c1 + bent + bent)
+}
+
+/// Dependence of the flow stress on the plastic strain rate.
+pub trait RateEffect<R: Real>: Clone + Send + Sync + 'static {
+    /// Factor on the flow stress (-).
+    ///
+    /// * `increment`: equivalent plastic strain of the substep (-), positive
+    /// * `dt`: substep (s)
+    fn factor<V: Vector<Scalar = R>>(&self, increment: V, dt: R) -> V;
+
+    /// The increment y (-) that solves `law`, and the lanes where it is found to the last digits.
+    ///
+    /// * `start`: where to begin (-), positive, with the factor there
+    /// * `near`: last step over y (-) from which on the next one, of second order in it, is left out
+    /// * `wanted`: lanes to solve
+    fn solve<V: Vector<Scalar = R>, K: KnownStrength<V>>(
+        &self,
+        law: &KnownReturn<V, K>,
+        start: (V, V),
+        dt: R,
+        near: V,
+        wanted: V::Mask,
+    ) -> (V, V::Mask);
+}
+
+/// No dependence.
+#[derive(Clone, Copy, Debug)]
+pub struct RateIndependent;
+
+impl<R: Real> RateEffect<R> for RateIndependent {
+    #[inline(always)]
+    fn factor<V: Vector<Scalar = R>>(&self, _increment: V, _dt: R) -> V {
+        V::constant(1.0)
+    }
+
+    #[inline(always)]
+    fn solve<V: Vector<Scalar = R>, K: KnownStrength<V>>(
+        &self,
+        law: &KnownReturn<V, K>,
+        (start, _factor): (V, V),
+        _dt: R,
+        _near: V,
+        wanted: V::Mask,
+    ) -> (V, V::Mask) {
+        (law.without_rate(start), wanted)
+    }
+}
+
+/// Johnson and Cook's 1 + C ln(ε̄̇/ε̇₀), and 1 below the reference rate ε̇₀, where the logarithm would soften.
+#[derive(Clone, Copy, Debug)]
+pub struct RateDependent<R> {
+    /// C (-).
+    pub coefficient: R,
+    /// ε̇₀ (1/s).
+    pub reference: R,
+}
+
+/// Most logarithms of one `RateDependent::solve`: one or two from a good start, one for each factor of ten from a bad one.
+const MOST_LOGARITHMS: usize = 24;
+
+impl<R: Real> RateEffect<R> for RateDependent<R> {
+    #[inline(always)]
+    fn factor<V: Vector<Scalar = R>>(&self, increment: V, dt: R) -> V {
+        let one = V::constant(1.0);
+        let relative = increment / V::splat(dt * self.reference);
+        V::splat(self.coefficient).mul_add(ln(relative.max(one)), one)
+    }
+
+    /// At the reference rate the factor has a kink, across which Newton steps would go to and fro. Above it the residual
+    /// falls and is convex, so that steps from the left, and all after the first, never pass the root; a step that leads from
+    /// the kink to the left tells that the root lies below, where the factor is one.
+    #[inline(always)]
+    fn solve<V: Vector<Scalar = R>, K: KnownStrength<V>>(
+        &self,
+        law: &KnownReturn<V, K>,
+        (start, factor): (V, V),
+        dt: R,
+        near: V,
+        wanted: V::Mask,
+    ) -> (V, V::Mask) {
+        let (zero, one) = (V::constant(0.0), V::constant(1.0));
+        let c = V::splat(self.coefficient);
+        let kink = V::splat(dt * self.reference);
+        let mut y = start.max(kink);
+        let mut factor = V::select(start.lt(kink), one, factor);
+        for _ in 0..MOST_LOGARITHMS {
+            let step = law.step(y, factor, c / y);
+            let is_below = y.le(kink) & step.le(zero);
+            let arrives = step.abs().le(near * y);
+            // A step to the left may pass zero where the root is far from there.
+            y = (y + step).max(V::constant(0.1) * y).max(kink);
+            if (arrives | is_below | !wanted).all() {
+                if is_below.any() {
+                    y = V::select(is_below, law.without_rate(y), y);
+                }
+                return (y, arrives | is_below);
+            }
+            factor = self.factor(y, dt);
+        }
+        (y, zero.gt(one))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::{Portable, Simd};
+
+    type V = <Portable<f64> as Simd>::Lanes;
+
+    fn first(v: V) -> f64 {
+        let mut out = [0.0; 8];
+        v.store(&mut out);
+        out[0]
+    }
+
+    /// The logarithm hardens above the reference rate and would soften below it, where the factor is one by definition.
+    #[test]
+    fn rate_factor_is_the_logarithm_above_the_reference_rate_and_one_below() {
+        let rate = RateDependent { coefficient: 0.014, reference: 2.0 };
+        let dt = 1e-3;
+        for exponent in -12..=12 {
+            let speed = 3.0 * 10_f64.powi(exponent);
+            let factor = first(rate.factor(V::splat(speed * dt), dt));
+            let exact = 1.0 + 0.014 * (speed / 2.0).max(1.0).ln();
+            assert!((factor - exact).abs() < 1e-14, "factor {factor} at {speed} 1/s, exact {exact}");
+        }
+    }
+
+    /// From any start, on either side of the reference rate, the root closes the equation of the parabolas.
+    #[test]
+    fn a_return_is_solved_from_any_start() {
+        let (trial, three_mu) = (1.1e9, 2.4e11);
+        let (dt, c) = (1e-9, 0.05);
+        let mut below = 0;
+        for reference in [1e-3, 1.0, 3e5, 1e6, 1e9] {
+            let rate = RateDependent { coefficient: c, reference };
+            for hardened in [1.0e9, 1.0999e9, 1.099_999_9e9] {
+                for exponent in -12..=-3 {
+                    let start = 4.0 * 10_f64.powi(exponent);
+                    let about = 1e-4;
+                    let nearby = Nearby {
+                        about: V::constant(about),
+                        hardened: [hardened, 2e8, -1e8].map(V::constant),
+                        softening: [1.0, -8e-4, 1e-7].map(V::constant),
+                        heating: [2e2, -1e5].map(V::constant),
+                    };
+                    let law = KnownReturn {
+                        trial: V::constant(trial),
+                        three_mu: V::constant(three_mu),
+                        strength: nearby,
+                        least: V::constant(0.1 * three_mu),
+                    };
+                    let begin = (V::constant(start), rate.factor(V::constant(start), dt));
+                    let every = V::constant(0.0).lt(V::constant(1.0));
+                    let (root, is_exact) = rate.solve(&law, begin, dt, V::constant(1e-7), every);
+                    let y = first(root);
+                    let way = y - about;
+                    let rise = (2e2 - 1e5 * way) * way;
+                    let strength =
+                        (hardened + (2e8 - 1e8 * way) * way) * (1.0 + (-8e-4 + 1e-7 * rise) * rise);
+                    let factor = 1.0 + c * (y / (dt * reference)).max(1.0).ln();
+                    let residual = trial - three_mu * y - strength * factor;
+                    below += usize::from(y < dt * reference);
+                    let context =
+                        format!("reference {reference} 1/s, strength {hardened} Pa, from {start:e}: {y:e}");
+                    assert!(is_exact.all() && y > 0.0, "not found; {context}");
+                    assert!(residual.abs() < 1e-12 * trial, "residual {residual:e} Pa; {context}");
+                }
+            }
+        }
+        assert!((20..130).contains(&below), "{below} of 150 roots below the reference rate");
+    }
+}
