@@ -178,7 +178,7 @@ impl<R: Real> RateEffect<R> for RateDependent<R> {
             y = (y + step).max(V::constant(0.1) * y).max(kink);
             if (arrives | is_below | !wanted).all() {
                 if is_below.any() {
-                    y = V::select(is_below, law.without_rate(y), y);
+                    y = V::select(is_below, law.without_rate(start), y);
                 }
                 return (y, arrives | is_below);
             }
