@@ -71,7 +71,8 @@ impl<V: Vector, K: KnownStrength<V>> KnownReturn<V, K> {
         residual / slope.map_or(steepness, |slope| slope.mul_add(factor, steepness).max(self.least))
     }
 
-    /// Newton's steps from y with a factor of 1: one where the strength stays as it is, else two.
+    /// Newton's steps from y with a factor of 1: one where the strength stays as it is, else two, enough from a start as near
+    /// as that of a return's last step.
     #[inline(always)]
     fn without_rate(&self, y: V) -> V {
         let (zero, one) = (V::constant(0.0), V::constant(1.0));
@@ -95,7 +96,7 @@ pub trait RateEffect<R: Real>: Clone + Send + Sync + 'static {
     /// * `dt`: substep (s)
     fn factor<V: Vector<Scalar = R>>(&self, increment: V, dt: R) -> V;
 
-    /// The increment y (-) that solves `law`, and the lanes where it is found to the last digits.
+    /// The increment y (-) that solves `law`, and the lanes where it is found to the last digits, if not far from the start.
     ///
     /// * `start`: where to begin (-), positive, with the factor there
     /// * `near`: last step over y (-) from which on the next one, of second order in it, is left out
@@ -178,7 +179,7 @@ impl<R: Real> RateEffect<R> for RateDependent<R> {
             y = (y + step).max(V::constant(0.1) * y).max(kink);
             if (arrives | is_below | !wanted).all() {
                 if is_below.any() {
-                    y = V::select(is_below, law.without_rate(start), y);
+                    y = V::select(is_below, law.without_rate(law.without_rate(start)), y);
                 }
                 return (y, arrives | is_below);
             }
