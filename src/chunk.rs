@@ -22,7 +22,7 @@ use crate::material::ConstitutiveModel;
 use crate::points::{Block, PointState};
 use crate::shape::ShapeFunction;
 use crate::simd::{InstructionSet, Kernel, Real, Simd, dispatch};
-use crate::transfer::{NodeRun, PassSums, PointsPass};
+use crate::transfer::{Look, NodeRun, PassSums, PointsPass, Suspect};
 use crate::velocity_range::{self, Stray};
 use std::ops::Range;
 
@@ -106,8 +106,9 @@ struct Fixed {
     axes: [bool; 3],
 }
 
-/// Strays of a chunk that are found without asking for memory.
+/// Strays, and points suspected of being some, of a chunk that are found without asking for memory.
 const USUAL_STRAYS: usize = 256;
+const USUAL_SUSPECTS: usize = 1024;
 
 /// A run of sorted points and the nodes around them.
 #[derive(Clone)]
@@ -123,7 +124,9 @@ pub struct Chunk<R: Real, D: Dimension, S> {
     fixed: Vec<Fixed>,
     /// Sums of the last substep.
     pub sums: ChunkSums,
-    /// Points whose velocities `find_strays` found out of bounds.
+    /// Points whose velocities the last pass had to look at.
+    suspects: Vec<Suspect>,
+    /// Those found out of bounds.
     pub strays: Vec<Stray>,
 }
 
@@ -136,6 +139,7 @@ impl<R: Real, D: Dimension, S> Default for Chunk<R, D, S> {
             owned: 0..0,
             fixed: Vec::new(),
             sums: ChunkSums::default(),
+            suspects: Vec::with_capacity(USUAL_SUSPECTS),
             strays: Vec::with_capacity(USUAL_STRAYS),
         }
     }
@@ -263,13 +267,23 @@ impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
         );
     }
 
-    /// Second half of a substep: moves the points, which deposit into `outgoing`.
+    /// Second half of a substep: moves the points, which deposit into `outgoing`; with a bound (m/s), notes in `strays` those
+    /// whose velocity differs by more from the ones that all nodes around them had in the substep.
     pub fn move_points<F: ShapeFunction<R>, M: ConstitutiveModel<R, D, State = S>>(
         &mut self,
         outgoing: &mut NodeRun<R>,
         common: &Substep<'_, F, M>,
+        stray_bound: Option<f64>,
     ) {
-        self.sums.points = self.pass_points(outgoing, common);
+        self.sums.points = self.pass_points(outgoing, common, stray_bound);
+        self.strays.clear();
+        for suspect in self.suspects.drain(..) {
+            let block = &self.blocks[suspect.block];
+            let nodes = (&self.nodes, common.layout, common.shape);
+            let point = (&suspect, &block.places(), &block.velocity);
+            let bound = stray_bound.unwrap_or(f64::INFINITY);
+            self.strays.extend(velocity_range::judge::<R, D, F>(point, nodes, bound));
+        }
     }
 
     /// Moves the points by the nodes' present velocities; with nodes at rest it only deposits.
@@ -277,7 +291,10 @@ impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
         &mut self,
         outgoing: &mut NodeRun<R>,
         common: &Substep<'_, F, M>,
+        stray_bound: Option<f64>,
     ) -> PassSums {
+        self.suspects.clear();
+        let look = stray_bound.map(|bound| Look { bound, suspects: &mut self.suspects });
         dispatch(
             common.instructions,
             PointsPass {
@@ -288,6 +305,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
                 shape: common.shape,
                 model: common.model,
                 dt: common.dt,
+                look,
             },
         )
     }
@@ -299,22 +317,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
         common: &Substep<'_, F, M>,
     ) {
         self.nodes.clear();
-        let _ = self.pass_points(outgoing, &Substep { dt: 0.0, ..*common });
-    }
-
-    /// Notes the points whose velocities are further than `bound` (m/s) from those that all nodes around them had in the
-    /// substep.
-    pub fn find_strays<F: ShapeFunction<R>, M: ConstitutiveModel<R, D, State = S>>(
-        &mut self,
-        common: &Substep<'_, F, M>,
-        bound: f64,
-    ) {
-        let nodes = (&self.nodes, common.layout, common.shape);
-        self.strays.clear();
-        for (b, block) in self.blocks.iter().enumerate() {
-            let points = (b, &block.places(), &block.velocity);
-            velocity_range::find::<R, D, F>(points, nodes, R::from_f64(bound), &mut self.strays);
-        }
+        let _ = self.pass_points(outgoing, &Substep { dt: 0.0, ..*common }, None);
     }
 
     /// Adds Δt b to velocity and increment of every node that has mass.

@@ -336,16 +336,8 @@ fn adjugate<V: Lanes>(a: &[[V; 3]; 3]) -> [[V; 3]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::{Portable, Simd};
+    use crate::simd::testing::{Double as V, first};
     use nalgebra::{Matrix3, Rotation3, Vector3};
-
-    type V = <Portable<f64> as Simd>::Lanes;
-
-    fn first(v: V) -> f64 {
-        let mut out = [0.0; 8];
-        v.store(&mut out);
-        out[0]
-    }
 
     /// An oblique displacement gradient of some size; without its z entries for the plane.
     fn gradient(size: f64, axes: usize) -> Matrix3<f64> {

@@ -130,16 +130,10 @@ impl<R: Real> ShapeFunction<R> for Gimp<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::{Portable, Simd};
-    type V = <Portable<f64> as Simd>::Lanes;
+    use crate::simd::testing::{Double as V, first};
 
     fn at<S: ShapeFunction<f64>>(shape: &S, d: f64) -> ([f64; 3], [f64; 3]) {
         let stencil = shape.stencil(V::splat(d));
-        let first = |v: V| {
-            let mut out = [0.0; 8];
-            v.store(&mut out);
-            out[0]
-        };
         (stencil.weights.map(first), stencil.slopes.map(first))
     }
 

@@ -20,8 +20,8 @@
 //! That FLIP keeps what the grid cannot see: Hammerquist and Nairn (2017), doi:10.1016/j.cma.2017.01.035, who take it
 //! away from all points in each step (XPIC). The limit is this project's.
 //!
-//! Form of the effect: a pass between substeps that compares each point's velocity with that of its nearest node, and does
-//! more only where they are further apart than L can be.
+//! Form of the effect: the pass over the points compares each one's velocity with the one with which it moves, and more is
+//! done, after the substep, only where they are further apart than σ_y/(ρ c).
 
 use crate::dimension::Dimension;
 use crate::grid::{self, Layout};

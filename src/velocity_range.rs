@@ -2,11 +2,11 @@
 
 use crate::dimension::Dimension;
 use crate::grid::Layout;
-use crate::points::{BLOCK, Column, Places};
+use crate::points::{Column, Places};
 use crate::shape::ShapeFunction;
 use crate::simd::Real;
 use crate::stencils::{PointWeights, for_each_node};
-use crate::transfer::{NodeRun, first_node};
+use crate::transfer::{NodeRun, Suspect};
 
 /// A velocity out of bounds.
 #[derive(Clone, Copy, Debug)]
@@ -19,38 +19,20 @@ pub struct Stray {
     pub excess: [f64; 3],
 }
 
-/// Finds the strays of a block, whose place in the chunk is `block`.
+/// The suspect as a stray, if it is one.
 ///
 /// * `nodes`: their velocities (m/s)
 /// * `bound`: speed (m/s) that stress at yield gives a free surface
-pub fn find<R: Real, D: Dimension, F: ShapeFunction<R>>(
-    (block, points, velocity): (usize, &Places<'_, R, D>, &D::Vector<Column<R>>),
+pub fn judge<R: Real, D: Dimension, F: ShapeFunction<R>>(
+    (suspect, points, velocity): (&Suspect, &Places<'_, R, D>, &D::Vector<Column<R>>),
     (nodes, layout, shape): (&NodeRun<R>, &Layout, &F),
-    bound: R,
-    found: &mut Vec<Stray>,
-) {
-    // Without a branch for each point: most blocks have no suspect at all.
-    let mut apart = [R::ZERO; BLOCK];
-    for (lane, apart) in apart.iter_mut().enumerate() {
-        let nearest = first_node::<D>(layout, nodes.first, &points.node_of(lane), D::PENCILS / 2) + 1;
-        let near = &nodes.records[nearest * D::QUADS].0;
-        for axis in 0..D::AXES {
-            let difference = (velocity[axis][lane] - near[axis]).abs();
-            *apart = if difference > *apart { difference } else { *apart };
-        }
-    }
-    let most = apart.iter().fold(R::ZERO, |most, &apart| if apart > most { apart } else { most });
-    if most <= bound {
-        return;
-    }
-    for lane in points.points().filter(|&lane| apart[lane] > bound) {
-        let weights = PointWeights::of(points, lane, shape);
-        let own = D::vector(|axis| velocity[axis][lane].to_f64());
-        let node = points.node_of(lane);
-        if let Some(excess) = excess::<R, D>((nodes, layout, &weights), &node, &own, bound.to_f64()) {
-            found.push(Stray { block, lane, excess });
-        }
-    }
+    bound: f64,
+) -> Option<Stray> {
+    let &Suspect { block, lane } = suspect;
+    let weights = PointWeights::of(points, lane, shape);
+    let own = D::vector(|axis| velocity[axis][lane].to_f64());
+    let excess = excess::<R, D>((nodes, layout, &weights), &points.node_of(lane), &own, bound)?;
+    Some(Stray { block, lane, excess })
 }
 
 /// By how much the velocity `own` (m/s) of the point with these weights passes its limit, e_p.

@@ -54,6 +54,14 @@ pub trait Hardening<R: Real>: Clone + Send + Sync + 'static {
     /// * `softening`: S(T) (-)
     fn at_rest(&self, plastic_strain: R, temperature: f64, softening: R) -> R;
 
+    /// About the plastic strain (-) at which hardening alone carries the trial stress: a first guess from above of where a return
+    /// ends whose strain grows by a multiple.
+    ///
+    /// * `plastic_strain`: ε̄ (-) at the start
+    /// * `at_rest`: strength without rate there (Pa), above 0
+    /// * `trial`: equivalent stress if nothing yielded (Pa)
+    fn carrying<V: Vector<Scalar = R>>(&self, plastic_strain: V, at_rest: V, trial: V) -> V;
+
     /// Strength without rate of points `lane..` at a plastic strain (-), above 0, when their temperature rises by `rise`
     /// (K).
     fn strength<V: Vector<Scalar = R>, T: ThermalEffect<R>>(
@@ -103,6 +111,19 @@ impl<R: Real> Hardening<R> for PowerLaw<R> {
         (self.yield_stress + self.growth(plastic_strain)) * softening
     }
 
+    /// Softening is taken to stay as it was.
+    #[inline(always)]
+    fn carrying<V: Vector<Scalar = R>>(&self, plastic_strain: V, at_rest: V, trial: V) -> V {
+        if self.modulus <= R::ZERO || self.exponent <= R::ZERO {
+            return V::constant(f64::from(f32::MAX));
+        }
+        let first = V::splat(self.yield_stress);
+        let before = V::splat(self.modulus) * pow(plastic_strain, V::splat(self.exponent));
+        // Softening is what the strength of the start is short of the law's without it.
+        let growth = before + (first + before) * ((trial - at_rest) / at_rest);
+        pow(growth.max(V::constant(0.0)) / V::splat(self.modulus), V::splat(R::ONE / self.exponent))
+    }
+
     #[inline(always)]
     fn strength<V: Vector<Scalar = R>, T: ThermalEffect<R>>(
         &self,
@@ -130,7 +151,7 @@ impl<R: Real> Hardening<R> for PowerLaw<R> {
 
 /// Least strain that is divided by (-): far below any increment, as the return's last step trusts the slope.
 #[inline(always)]
-fn least<V: Vector>() -> V {
+pub(super) fn least<V: Vector>() -> V {
     V::constant(if V::Scalar::IS_SINGLE { 1e-37 } else { 1e-300 })
 }
 
@@ -187,6 +208,12 @@ impl<R: Real> Hardening<R> for TanhLaw<R> {
         let factor = 1.0 - loss * (1.0 - tanh.powf(s));
         let growth = self.power.growth(plastic_strain) * R::from_f64((-strain.powf(a)).exp());
         (self.power.yield_stress + growth) * softening * R::from_f64(factor)
+    }
+
+    /// By the power alone, of which the other factors leave almost everything where strain is small.
+    #[inline(always)]
+    fn carrying<V: Vector<Scalar = R>>(&self, plastic_strain: V, at_rest: V, trial: V) -> V {
+        self.power.carrying(plastic_strain, at_rest, trial)
     }
 
     #[inline(always)]
@@ -255,22 +282,13 @@ fn tanh<V: Vector>(y: V) -> (V, V) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::effects::{Adiabatic, Softening, Temperature};
+    use super::super::effects::{Adiabatic, Isothermal, Softening, Temperature};
     use super::*;
     use crate::points::PointState;
-    use crate::simd::{Portable, Simd};
-
-    type Double = <Portable<f64> as Simd>::Lanes;
-    type Single = <Portable<f32> as Simd>::Lanes;
+    use crate::simd::testing::{Double, Single, first};
 
     fn titanium() -> Constants {
         super::super::library::find("Ti-6Al-4V").expect("in the library").constants.clone()
-    }
-
-    fn first<V: Vector>(v: V) -> f64 {
-        let mut out = [V::Scalar::ZERO; 8];
-        v.store(&mut out);
-        out[0].to_f64()
     }
 
     /// Strength (Pa), its slope in strain (Pa) and in temperature (Pa/K) as the kernel has them.
@@ -367,5 +385,60 @@ mod tests {
         assert!(kernel::<Double>(&c, 0.1, 298.15)[1] > 0.0 && kernel::<Double>(&c, 0.6, 298.15)[1] < 0.0);
         let late = kernel::<Double>(&c, 2.0, 298.15)[0];
         assert!(late < 0.7 * peak, "{late:e} Pa at a strain of 2, {peak:e} Pa at 0.48");
+    }
+
+    /// Strength, slope and second derivative (Pa) of the power law at a strain, cold.
+    fn power_law(c: &Constants, strain: f64) -> [f64; 3] {
+        let thermal = Isothermal { temperature: 298.15, softening: None };
+        let law = PowerLaw::<f64>::new(c);
+        let at = law.strength(Double::splat(strain), &thermal, &(), 0, Double::splat(0.0));
+        [at.hardened, at.slope, at.curvature].map(first)
+    }
+
+    /// The slopes of the power law, which the return's last step trusts, are its derivatives.
+    #[test]
+    fn power_laws_derivatives_match_central_differences() {
+        let c = titanium();
+        for strain in [1e-9, 1e-6, 1e-3, 0.05, 0.7, 3.0, 40.0] {
+            let step = 1e-4 * strain;
+            let [below, _, above] = [-step, 0.0, step].map(|by| power_law(&c, strain + by));
+            let [_, slope, curvature] = power_law(&c, strain);
+            let slope_by = (above[0] - below[0]) / (2.0 * step);
+            let curvature_by = (above[1] - below[1]) / (2.0 * step);
+            // Truncation: steps of 1e-4 squared; rounding of a strength of 1e9 Pa over the steps.
+            assert!(
+                (slope - slope_by).abs() < 1e-7 * slope + 1e-6 / step,
+                "slope {slope:e} Pa at {strain}, by differences {slope_by:e}"
+            );
+            assert!(
+                (curvature - curvature_by).abs() < 1e-7 * curvature.abs(),
+                "second derivative {curvature:e} Pa at {strain}, by differences {curvature_by:e}"
+            );
+        }
+    }
+
+    /// A strain carries what the strength at it is, cold and softened, from first yield on; without hardening none does.
+    #[test]
+    fn hardening_carries_its_own_strength() {
+        let c = titanium();
+        let law = PowerLaw::<f64>::new(&c);
+        for (before, after) in [(0.0, 1e-30), (0.0, 1e-12), (0.0, 1e-3), (1e-9, 1e-7), (0.1, 0.3)] {
+            for softening in [1.0, 0.3] {
+                let [at_rest, trial] = [before, after].map(|strain| law.at_rest(strain, 298.15, softening));
+                let strain =
+                    first(law.carrying(Double::splat(before), Double::splat(at_rest), Double::splat(trial)));
+                // What is left of the digits of a strength that hardly grows, to the power of 1/n.
+                let error = 1e-14 * trial / (trial - at_rest) / c.hardening_exponent;
+                if error < 0.1 {
+                    assert!(
+                        (strain / after - 1.0).abs() < error.max(1e-11),
+                        "{strain:e} instead of {after:e}, softening {softening}"
+                    );
+                }
+            }
+        }
+        let plain = PowerLaw::<f64>::new(&Constants { hardening_modulus: 0.0, ..c });
+        let [strain, at_rest, trial] = [0.1, 1e9, 1.1e9].map(Double::splat);
+        assert!(first(plain.carrying(strain, at_rest, trial)) > 1e30);
     }
 }

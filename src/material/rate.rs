@@ -20,6 +20,9 @@ pub struct KnownReturn<V, K> {
 
 /// What is known of the strength at rest.
 pub trait KnownStrength<V>: Copy {
+    /// Most logarithms of one `RateDependent::solve`: one or two from a good start, one for each factor of ten from a bad one.
+    const MOST_LOGARITHMS: usize;
+
     /// Strength at rest (Pa) at the increment y (-) and its derivative (Pa), none where it is taken as constant.
     fn at(&self, y: V) -> (V, Option<V>);
 }
@@ -29,6 +32,8 @@ pub trait KnownStrength<V>: Copy {
 pub struct Standing<V>(pub V);
 
 impl<V: Vector> KnownStrength<V> for Standing<V> {
+    const MOST_LOGARITHMS: usize = 24;
+
     #[inline(always)]
     fn at(&self, _y: V) -> (V, Option<V>) {
         (self.0, None)
@@ -49,6 +54,9 @@ pub struct Nearby<V> {
 }
 
 impl<V: Vector> KnownStrength<V> for Nearby<V> {
+    /// The strength is not known far from where a return stands: better to look there.
+    const MOST_LOGARITHMS: usize = 5;
+
     #[inline(always)]
     fn at(&self, y: V) -> (V, Option<V>) {
         let way = y - self.about;
@@ -143,9 +151,6 @@ pub struct RateDependent<R> {
     pub reference: R,
 }
 
-/// Most logarithms of one `RateDependent::solve`: one or two from a good start, one for each factor of ten from a bad one.
-const MOST_LOGARITHMS: usize = 24;
-
 impl<R: Real> RateEffect<R> for RateDependent<R> {
     #[inline(always)]
     fn factor<V: Vector<Scalar = R>>(&self, increment: V, dt: R) -> V {
@@ -155,8 +160,9 @@ impl<R: Real> RateEffect<R> for RateDependent<R> {
     }
 
     /// At the reference rate the factor has a kink, across which Newton steps would go to and fro. Above it the residual
-    /// falls and is convex, so that steps from the left, and all after the first, never pass the root; a step that leads from
-    /// the kink to the left tells that the root lies below, where the factor is one.
+    /// falls and is convex, so that steps from the left, and all after the first, never pass the root. The root lies below,
+    /// where the factor is one, if steps without rate from a start below end there, or if a step leads from the kink to the
+    /// left.
     #[inline(always)]
     fn solve<V: Vector<Scalar = R>, K: KnownStrength<V>>(
         &self,
@@ -170,16 +176,26 @@ impl<R: Real> RateEffect<R> for RateDependent<R> {
         let c = V::splat(self.coefficient);
         let kink = V::splat(dt * self.reference);
         let mut y = start.max(kink);
-        let mut factor = V::select(start.lt(kink), one, factor);
-        for _ in 0..MOST_LOGARITHMS {
+        let starts_below = start.lt(kink);
+        let mut factor = V::select(starts_below, one, factor);
+        let without_rate = || law.without_rate(law.without_rate(start));
+        let mut below = y;
+        let mut stays_below = starts_below;
+        if (starts_below & wanted).any() {
+            below = without_rate();
+            stays_below = starts_below & below.le(kink);
+        }
+        for _ in 0..K::MOST_LOGARITHMS {
             let step = law.step(y, factor, c / y);
-            let is_below = y.le(kink) & step.le(zero);
-            let arrives = step.abs().le(near * y);
+            let is_below = stays_below | y.le(kink) & step.le(zero);
+            // A step that the kink cuts short has not arrived, however short it is.
+            let arrives = step.abs().le(near * y) & (y + step).ge(kink);
             // A step to the left may pass zero where the root is far from there.
             y = (y + step).max(V::constant(0.1) * y).max(kink);
             if (arrives | is_below | !wanted).all() {
-                if is_below.any() {
-                    y = V::select(is_below, law.without_rate(law.without_rate(start)), y);
+                if (is_below & wanted).any() {
+                    below = V::select(stays_below, below, without_rate());
+                    y = V::select(is_below, below, y);
                 }
                 return (y, arrives | is_below);
             }
@@ -192,15 +208,7 @@ impl<R: Real> RateEffect<R> for RateDependent<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::{Portable, Simd};
-
-    type V = <Portable<f64> as Simd>::Lanes;
-
-    fn first(v: V) -> f64 {
-        let mut out = [0.0; 8];
-        v.store(&mut out);
-        out[0]
-    }
+    use crate::simd::testing::{Double as V, first};
 
     /// The logarithm hardens above the reference rate and would soften below it, where the factor is one by definition.
     #[test]
@@ -239,9 +247,16 @@ mod tests {
                         strength: nearby,
                         least: V::constant(0.1 * three_mu),
                     };
-                    let begin = (V::constant(start), rate.factor(V::constant(start), dt));
                     let every = V::constant(0.0).lt(V::constant(1.0));
-                    let (root, is_exact) = rate.solve(&law, begin, dt, V::constant(1e-7), every);
+                    let again = |from: V| {
+                        rate.solve(&law, (from, rate.factor(from, dt)), dt, V::constant(1e-7), every)
+                    };
+                    let (mut root, mut is_exact) = again(V::constant(start));
+                    for _ in 0..3 {
+                        if !is_exact.all() {
+                            (root, is_exact) = again(root);
+                        }
+                    }
                     let y = first(root);
                     let way = y - about;
                     let rise = (2e2 - 1e5 * way) * way;

@@ -16,7 +16,7 @@
 use super::Totals;
 use super::damage::{DamageEffect, Yielding};
 use super::effects::ThermalEffect;
-use super::hardening::Hardening;
+use super::hardening::{Hardening, least};
 use super::johnson_cook::{JohnsonCook, State};
 use super::rate::{KnownReturn, KnownStrength, Nearby, RateEffect, Standing};
 use crate::dimension::Dimension;
@@ -62,12 +62,21 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageE
         // less; then what the rate makes of the strength as it stands.
         let excess = (q - at_rest) / three_mu;
         let whole = (strain_square * V::constant(2.0 / 3.0)).sqrt();
-        let least = three_mu * V::constant(0.1);
-        let guess = whole.min(excess).max(high * V::constant(1e-9));
-        let standing = KnownReturn { trial: q, three_mu, strength: Standing(at_rest), least };
+        let mut guess = whole.min(excess).max(least());
+        // Where the strain grows by a multiple, above all where a point yields for the first time, the slope of hardening says
+        // little about where it leads; the power does.
+        let mut most = high;
+        let grows = guess.gt(old_strain);
+        if (yields & grows).any() {
+            let carrying = (self.hardening.carrying(old_strain, at_rest, q) - old_strain).max(least());
+            most = V::select(grows, carrying.min(high), high);
+            guess = guess.min(most);
+        }
+        let steep = three_mu * V::constant(0.1);
+        let standing = KnownReturn { trial: q, three_mu, strength: Standing(at_rest), least: steep };
         let start = (guess, self.rate.factor(guess, dt));
         let (mut x, _) = self.rate.solve(&standing, start, dt, V::constant(ROUGHLY), yields);
-        x = x.max(high * V::constant(1e-9)).min(high);
+        x = x.max(least()).min(most);
 
         let tolerance = V::constant(if R::IS_SINGLE { 1e-6 } else { 1e-12 }) * q;
         // What parabolas, or lines for a law without second derivatives, miss is of the third, or second, order in the step
@@ -99,14 +108,21 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageE
             low = V::select(too_small, x, low);
             high = V::select(too_small, high, x);
             let heat = |work| self.thermal.rise(self.damage.carried(&state.damage, lane, work));
-            let half = V::constant(if H::CURVES { 0.5 } else { 0.0 });
+            let slope = strength.slope * softening
+                + hardened * strength.softening_slope * heat(stress - three_mu * x);
+            let steepness = slope.mul_add(rate, three_mu);
+            // A parabola far from its guess may turn round: second derivatives only where the way is short.
+            let is_near = residual.abs().le(V::constant(0.01) * steepness.max(steep) * (old_strain + x));
+            let half = |second: V| {
+                if H::CURVES { V::select(is_near, V::constant(0.5) * second, zero) } else { zero }
+            };
             let nearby = Nearby {
                 about: x,
-                hardened: [hardened, strength.slope, half * strength.curvature],
-                softening: [softening, strength.softening_slope, half * strength.softening_curvature],
+                hardened: [hardened, strength.slope, half(strength.curvature)],
+                softening: [softening, strength.softening_slope, half(strength.softening_curvature)],
                 heating: [heat(stress - three_mu * x), heat(-three_mu)],
             };
-            let law = KnownReturn { trial: q, three_mu, strength: nearby, least };
+            let law = KnownReturn { trial: q, three_mu, strength: nearby, least: steep };
             let (root, is_exact) = self.rate.solve(&law, (x, rate), dt, near_rate, yields);
             // Outside the bracket, or where steps go to and fro: the geometric mean, because the root may lie many orders
             // below the upper end.
@@ -123,11 +139,8 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageE
             let softened =
                 strength.softening_slope * nearby.heating[1].mul_add(step, nearby.heating[0]) * step;
             let is_short = step.abs().le(near * (old_strain + x)) & softened.abs().le(most) & is_smooth;
-            let slope = strength.slope * softening + hardened * strength.softening_slope * nearby.heating[0];
-            let arrives = inside
-                & is_exact
-                & (is_short | step.abs().le(near_rate * x))
-                & (three_mu + slope * rate).gt(least);
+            let arrives =
+                inside & is_exact & (is_near & is_short | step.abs().le(near_rate * x)) & steepness.gt(steep);
             x = next;
             if (closed | arrives | !yields).all() {
                 still = V::select(closed, still, nearby.at(x).0);

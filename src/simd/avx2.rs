@@ -15,14 +15,45 @@ use super::{Kernel, Mask, Real, Simd, Vector};
 #[derive(Clone, Copy, Debug)]
 pub struct Avx2<R>(PhantomData<R>);
 
-/// Runs a kernel compiled for AVX2 and FMA: all that is inlined here is.
+/// A unit of compilation with a copy of `run`.
+macro_rules! unit {
+    ($name:ident) => {
+        mod $name {
+            use super::{Kernel, Real, Simd};
+
+            /// Runs a kernel compiled for AVX2 and FMA: all that is inlined here is.
+            ///
+            /// # Safety
+            /// The processor has AVX2 and FMA.
+            #[target_feature(enable = "avx2,fma")]
+            #[inline(never)]
+            pub unsafe fn run<R: Real, S: Simd<Scalar = R>, K: Kernel<R>>(kernel: K) -> K::Output {
+                kernel.run::<S>()
+            }
+        }
+    };
+}
+
+unit!(unit_0);
+unit!(unit_1);
+unit!(unit_2);
+unit!(unit_3);
+
+/// Runs a kernel compiled for AVX2 and FMA, in its unit.
 ///
 /// # Safety
 /// The processor has AVX2 and FMA.
-#[target_feature(enable = "avx2,fma")]
-#[inline(never)]
+#[inline(always)]
 pub unsafe fn run<R: Real, S: Simd<Scalar = R>, K: Kernel<R>>(kernel: K) -> K::Output {
-    kernel.run::<S>()
+    // SAFETY: the caller's.
+    unsafe {
+        match K::UNIT {
+            0 => unit_0::run::<R, S, K>(kernel),
+            1 => unit_1::run::<R, S, K>(kernel),
+            2 => unit_2::run::<R, S, K>(kernel),
+            _ => unit_3::run::<R, S, K>(kernel),
+        }
+    }
 }
 
 /// Intrinsics that touch registers only.

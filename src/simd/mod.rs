@@ -47,6 +47,8 @@ mod avx2;
 pub mod math;
 mod portable;
 #[cfg(test)]
+pub(crate) mod testing;
+#[cfg(test)]
 mod tests;
 
 use std::fmt::{Debug, Display};
@@ -238,6 +240,9 @@ pub trait Simd: Copy + Send + Sync + 'static {
 pub trait Kernel<R: Real> {
     /// What the work gives.
     type Output;
+    /// Unit of compilation, 0 to 3. The compiler works at several at once, but puts all copies of a generic function into one:
+    /// kernels that come in many heavy copies spread them with this.
+    const UNIT: usize = 0;
     /// Does the work with the vectors of one instruction set.
     fn run<S: Simd<Scalar = R>>(self) -> Self::Output;
 }

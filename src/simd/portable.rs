@@ -262,6 +262,37 @@ impl Simd for Portable<f32> {
     }
 }
 
+/// A unit of compilation with a copy of `run`.
+macro_rules! unit {
+    ($name:ident) => {
+        mod $name {
+            use super::{Kernel, Real, Simd};
+
+            /// Runs a kernel on plain arrays.
+            #[inline(never)]
+            pub fn run<R: Real, S: Simd<Scalar = R>, K: Kernel<R>>(kernel: K) -> K::Output {
+                kernel.run::<S>()
+            }
+        }
+    };
+}
+
+unit!(unit_0);
+unit!(unit_1);
+unit!(unit_2);
+unit!(unit_3);
+
+/// Runs a kernel on plain arrays, in its unit.
+#[inline(always)]
+fn run<R: Real, S: Simd<Scalar = R>, K: Kernel<R>>(kernel: K) -> K::Output {
+    match K::UNIT {
+        0 => unit_0::run::<R, S, K>(kernel),
+        1 => unit_1::run::<R, S, K>(kernel),
+        2 => unit_2::run::<R, S, K>(kernel),
+        _ => unit_3::run::<R, S, K>(kernel),
+    }
+}
+
 /// Implements [`Real`]; `$bits` is the unsigned integer of the same size.
 macro_rules! real {
     ($scalar:ident, $bits:ident, $is_single:literal) => {
@@ -332,7 +363,7 @@ macro_rules! real {
             fn run<K: Kernel<Self>>(set: InstructionSet, kernel: K) -> K::Output {
                 assert!(set.is_available(), "this processor does not have {}", set.name());
                 match set {
-                    InstructionSet::Portable => kernel.run::<Portable<$scalar>>(),
+                    InstructionSet::Portable => run::<$scalar, Portable<$scalar>, K>(kernel),
                     #[cfg(target_arch = "x86_64")]
                     // SAFETY: the assertion above has found AVX2 and FMA on this processor.
                     InstructionSet::Avx2 => unsafe { avx2::run::<$scalar, avx2::Avx2<$scalar>, K>(kernel) },

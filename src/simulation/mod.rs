@@ -318,18 +318,18 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         self.deposit();
     }
 
-    /// Looks after velocities that the grid cannot see each time the points have moved by the pass's interval; returns whether
-    /// there are so many that the run may have gone wrong.
-    fn bring_back_strays(&mut self, parallel: bool) -> bool {
+    /// By how much (m/s) a point's velocity may differ from its nodes' at the end of this substep, if it is time to look: each
+    /// time the points have moved by the interval of `strays`.
+    fn stray_bound(&mut self) -> Option<f64> {
         if self.progress.travel_unseen <= strays::INTERVAL {
-            return false;
+            return None;
         }
         self.progress.travel_unseen = 0.0;
-        let bound = self.model.yield_speed();
-        if bound.is_infinite() {
-            return false;
-        }
-        self.for_each_chunk(0.0, parallel, |chunk, _, _, common| chunk.find_strays(common, bound));
+        Some(self.model.yield_speed()).filter(|bound| bound.is_finite())
+    }
+
+    /// Brings velocities back that the grid cannot see; returns whether there are so many that the run may have gone wrong.
+    fn bring_back_strays(&mut self) -> bool {
         let density = self.model.density();
         let (count, taken) = self.strays.bring_back(&mut self.partition, &self.shape, density);
         self.progress.stray_velocities += count;
@@ -356,7 +356,10 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
         self.tool.velocity = drive.velocity;
         self.tool.friction = drive.friction;
         let dt = self.solve_nodes(self.time_step(drive), parallel)?;
-        self.for_each_chunk(dt, parallel, |chunk, _, outgoing, common| chunk.move_points(outgoing, common));
+        let bound = self.stray_bound();
+        self.for_each_chunk(dt, parallel, |chunk, _, outgoing, common| {
+            chunk.move_points(outgoing, common, bound)
+        });
         self.partition.exchange_deposits();
         self.collect(dt)?;
         self.tool.advance(dt);
@@ -364,7 +367,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
         self.progress.clock += dt;
         self.progress.last_step = dt;
         self.progress.substeps += 1;
-        let is_suspicious = self.bring_back_strays(parallel);
+        let is_suspicious = self.bring_back_strays();
         if self.progress.travel > SORT_TRAVEL {
             self.sort();
         }

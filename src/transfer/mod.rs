@@ -19,15 +19,20 @@
 //! Stages 1 and 2 (`to_points`) and stage 4 (`to_grid`) know nothing of the material: each is a kernel of its own, called
 //! once for each block, and compiled once for all models.
 //!
+//! In substeps that look for stray velocities (`strays`), each block's are compared with those that its points have moved with,
+//! before stage 4 (`look`).
+//!
 //! Where points carry an affine velocity field (`affine`), a second scratch with moments in the place of slopes goes through
 //! stages 1, 2 and 4 beside the first: its gradients are the points' moments, and what these give to the nodes.
 //!
 //! Equation numbers: Ambati et al. (2011). Stress is updated after the velocity ("stress last").
 
+mod look;
 mod nodes;
 mod to_grid;
 mod to_points;
 
+pub use look::{Look, Suspect};
 pub use nodes::{NodeRun, first_node};
 
 use crate::dimension::Dimension;
@@ -36,6 +41,7 @@ use crate::material::{ConstitutiveModel, Totals};
 use crate::points::{BLOCK, Block, Column, PointState};
 use crate::shape::ShapeFunction;
 use crate::simd::{Kernel, Mask, Real, Simd, Vector, each, inlined};
+use look::Differences;
 use to_grid::{Scatter, ToGrid};
 use to_points::{ToPoints, store_moments};
 
@@ -80,6 +86,8 @@ pub struct PointsPass<'a, R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>> 
     pub model: &'a M,
     /// Substep (s).
     pub dt: f64,
+    /// Look at the points' velocities, if one is due.
+    pub look: Option<Look<'a>>,
 }
 
 /// What passes between the stages for one block.
@@ -126,10 +134,12 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
     for PointsPass<'_, R, D, F, M>
 {
     type Output = PassSums;
+    // One copy for each model: by far most of what there is to compile.
+    const UNIT: usize = if R::IS_SINGLE { 1 } else { 0 } + if D::AXES == 3 { 2 } else { 0 };
 
     #[inline(always)]
     fn run<S: Simd<Scalar = R>>(self) -> PassSums {
-        let PointsPass { blocks, nodes, deposit, layout, shape, model, dt } = self;
+        let PointsPass { blocks, nodes, deposit, layout, shape, model, dt, mut look } = self;
         let rates = Rates {
             dt: R::from_f64(dt),
             per_cell: R::from_f64(dt / layout.cell),
@@ -140,7 +150,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
         let mut affine = if M::State::IS_AFFINE { Some(Scratch::<R>::new()) } else { None };
         let mut sums = LaneSums::<S::Lanes>::zero();
         deposit.clear();
-        for block in blocks {
+        for (b, block) in blocks.iter_mut().enumerate() {
             let (node, offset) = (&block.node, &block.offset);
             let scratch = &mut scratch;
             S::apart(ToPoints::<R, D, F, false> { shape, nodes, layout, node, offset, scratch });
@@ -159,6 +169,12 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
                 }
             }
             let Block { node, offset, velocity, volume, .. } = &*block;
+            if let Some(look) = &mut look {
+                let (bound, values) = (R::from_f64(look.bound), &scratch.values[0]);
+                if let Some(apart) = S::apart(Differences::<R, D> { values, velocity, bound }) {
+                    look.note(b, &apart, volume);
+                }
+            }
             let density = rates.density;
             S::apart(ToGrid::<R, D, F> {
                 shape,

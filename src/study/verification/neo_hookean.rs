@@ -212,9 +212,7 @@ impl<R: Real, D: Dimension> ConstitutiveModel<R, D> for NeoHookean {
 mod tests {
     use super::*;
     use crate::dimension::{PlaneStrain, ThreeDimensional};
-    use crate::simd::{Portable, Simd};
-
-    type V = <Portable<f64> as Simd>::Lanes;
+    use crate::simd::testing::Double as V;
 
     /// τ : ∇v is the rate of the stored energy: the kernel's stress against central differences of the reported energy.
     fn check<D: Dimension>() {
