@@ -122,7 +122,7 @@ pub(crate) fn for_each_weight<R: Real, D: Dimension, F: ShapeFunction<R>, S: Poi
 ) {
     let offsets: [R; 3] =
         std::array::from_fn(|axis| if axis < D::AXES { block.offset[axis][lane] } else { R::ZERO });
-    let [own_weights, own_slopes] = dispatch(InstructionSet::Portable, PointWeights { offsets, shape });
+    let [own_weights, own_slopes] = dispatch(InstructionSet::Portable, TouchingWeights { offsets, shape });
     let node = D::vector(|axis| block.node[axis][lane]);
     for pencil in 0..D::PENCILS {
         let first = first_node::<D>(layout, 0, &node, pencil);
@@ -146,13 +146,13 @@ pub(crate) fn for_each_weight<R: Real, D: Dimension, F: ShapeFunction<R>, S: Poi
     }
 }
 
-/// Weights and slopes of one point by axis and node of the stencil.
-struct PointWeights<'a, R, F> {
+/// Fills weights and slopes of one point that touches the tool, by axis and node of the stencil.
+struct TouchingWeights<'a, R, F> {
     offsets: [R; 3],
     shape: &'a F,
 }
 
-impl<R: Real, F: ShapeFunction<R>> Kernel<R> for PointWeights<'_, R, F> {
+impl<R: Real, F: ShapeFunction<R>> Kernel<R> for TouchingWeights<'_, R, F> {
     type Output = [[[R; 3]; 3]; 2];
 
     #[inline(always)]

@@ -293,8 +293,8 @@ mod tests {
         assert!((inside - 0.756).abs() < 1e-3, "{inside}");
     }
 
-    /// Uneven rows have lower limits than straight ones, but not by much: thirty arrangements of points that are off their places by
-    /// up to 1e-6, 1e-4 and 1e-2 cells. The figures of docs/hard-cases.md.
+    /// Uneven rows have lower limits than straight ones, but not by much: of points that are off their places by up to 1e-6, 1e-4
+    /// and 1e-2 cells, thirty arrangements each. The figures of docs/hard-cases.md.
     #[test]
     fn uneven_rows_have_lower_limits() {
         let mut noise = 1u64;
