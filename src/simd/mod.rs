@@ -217,7 +217,7 @@ pub trait Mask:
 pub trait Simd: Copy + Send + Sync + 'static {
     /// The precision.
     type Scalar: Real;
-    /// As many points as a register holds: 4 in `f64`, 8 in `f32`.
+    /// As many points as a register holds: 4 in `f64` and 8 in `f32` with AVX2, half as many without.
     type Lanes: Vector<Scalar = Self::Scalar>;
     /// The four numbers of one grid node.
     type Quad: Vector<Scalar = Self::Scalar>;

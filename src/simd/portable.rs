@@ -10,8 +10,8 @@ use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Ne
 use super::avx2;
 use super::{InstructionSet, Kernel, Mask, Real, Simd, Vector};
 
-/// The instruction set that needs none: arrays of four `f64` or eight `f32`, as many as in AVX2, so that blocks and
-/// sums have the same shape.
+/// The instruction set that needs none: arrays of two `f64` or four `f32`, as many as every x86-64 processor and AArch64 have
+/// in a register.
 #[derive(Clone, Copy, Debug)]
 pub struct Portable<R>(PhantomData<R>);
 
@@ -224,7 +224,7 @@ fn store_transposed<R: Real, const N: usize>(lanes: [Array<R, N>; 4], to: &mut [
 
 impl Simd for Portable<f64> {
     type Scalar = f64;
-    type Lanes = Array<f64, 4>;
+    type Lanes = Array<f64, 2>;
     type Quad = Array<f64, 4>;
 
     #[inline(always)]
@@ -244,7 +244,7 @@ impl Simd for Portable<f64> {
 
 impl Simd for Portable<f32> {
     type Scalar = f32;
-    type Lanes = Array<f32, 8>;
+    type Lanes = Array<f32, 4>;
     type Quad = Array<f32, 4>;
 
     #[inline(always)]
