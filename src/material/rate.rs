@@ -55,7 +55,7 @@ pub struct Nearby<V> {
 
 impl<V: Vector> KnownStrength<V> for Nearby<V> {
     /// The strength is not known far from where a return stands: better to look there.
-    const MOST_LOGARITHMS: usize = 5;
+    const MOST_LOGARITHMS: usize = 8;
 
     #[inline(always)]
     fn at(&self, y: V) -> (V, Option<V>) {
@@ -159,10 +159,10 @@ impl<R: Real> RateEffect<R> for RateDependent<R> {
         V::splat(self.coefficient).mul_add(ln(relative.max(one)), one)
     }
 
-    /// At the reference rate the factor has a kink, across which Newton steps would go to and fro. Above it the residual
-    /// falls and is convex, so that steps from the left, and all after the first, never pass the root. The root lies below,
-    /// where the factor is one, if steps without rate from a start below end there, or if a step leads from the kink to the
-    /// left.
+    /// At the reference rate the factor has a kink, across which Newton steps would go to and fro: each lane looks on one side of
+    /// it. Above, the residual falls and is convex, so that steps from the left, and all after the first, never pass the
+    /// root; below, the factor is one. A step below that leads across goes on above from the kink; a step that leads from the kink
+    /// to the left goes on below, from the start, where parabolas hold, and stays there.
     #[inline(always)]
     fn solve<V: Vector<Scalar = R>, K: KnownStrength<V>>(
         &self,
@@ -175,30 +175,25 @@ impl<R: Real> RateEffect<R> for RateDependent<R> {
         let (zero, one) = (V::constant(0.0), V::constant(1.0));
         let c = V::splat(self.coefficient);
         let kink = V::splat(dt * self.reference);
-        let mut y = start.max(kink);
-        let starts_below = start.lt(kink);
-        let mut factor = V::select(starts_below, one, factor);
-        let without_rate = || law.without_rate(law.without_rate(start));
-        let mut below = y;
-        let mut stays_below = starts_below;
-        if (starts_below & wanted).any() {
-            below = without_rate();
-            stays_below = starts_below & below.le(kink);
-        }
+        let mut y = start;
+        let mut factor = factor;
+        let mut below = start.lt(kink);
+        let mut may_rise = below;
         for _ in 0..K::MOST_LOGARITHMS {
-            let step = law.step(y, factor, c / y);
-            let is_below = stays_below | y.le(kink) & step.le(zero);
+            let step = law.step(y, V::select(below, one, factor), V::select(below, zero, c / y));
+            let next = y + step;
+            let rises = may_rise & below & next.gt(kink);
+            let falls = !below & y.le(kink) & step.le(zero);
             // A step that the kink cuts short has not arrived, however short it is.
-            let arrives = step.abs().le(near * y) & (y + step).ge(kink);
-            // A step to the left may pass zero where the root is far from there.
-            y = (y + step).max(V::constant(0.1) * y).max(kink);
-            if (arrives | is_below | !wanted).all() {
-                if (is_below & wanted).any() {
-                    below = V::select(stays_below, below, without_rate());
-                    y = V::select(is_below, below, y);
-                }
-                return (y, arrives | is_below);
+            let stays = V::select(below, kink - next, next - kink).ge(zero);
+            let arrives = step.abs().le(near * y.abs()) & stays & !falls;
+            // A step to the left above may pass zero where the root is far from there.
+            let above = next.max(V::constant(0.1) * y).max(kink);
+            y = V::select(falls, start, V::select(rises, kink, V::select(below, next, above)));
+            if (arrives | !wanted).all() {
+                return (y, arrives);
             }
+            (below, may_rise) = ((below | falls) & !rises, may_rise & !rises);
             factor = self.factor(y, dt);
         }
         (y, zero.gt(one))
