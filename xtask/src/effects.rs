@@ -114,8 +114,8 @@ fn library(builds: bool) -> Outcome<String> {
     let seconds = begin.elapsed().as_secs_f64();
     let library = folder.join("release/libswarf.so");
     let symbols = process::output(Command::new("nm").arg(&library))?;
-    // Each kernel is one copy of `simd::avx2::run`; its twin for every processor is inlined where it is called.
-    let kernels = symbols.lines().filter(|line| line.contains("4simd4avx23run")).count();
+    // Each kernel is one copy of `run` in a unit of `simd::avx2`; its twin for every processor stands in `simd::portable`.
+    let kernels = symbols.lines().filter(|line| line.contains("4simd4avx26unit_")).count();
     let mut text =
         format!("\n{kernels} compiled kernels for AVX2; library {:.2} MB stripped", stripped(&library)?);
     if builds {
