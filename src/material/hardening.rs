@@ -422,19 +422,17 @@ mod tests {
     fn hardening_carries_its_own_strength() {
         let c = titanium();
         let law = PowerLaw::<f64>::new(&c);
-        for (before, after) in [(0.0, 1e-30), (0.0, 1e-12), (0.0, 1e-3), (1e-9, 1e-7), (0.1, 0.3)] {
+        for (before, after) in [(0.0, 1e-12), (0.0, 1e-3), (1e-9, 1e-7), (0.1, 0.3)] {
             for softening in [1.0, 0.3] {
                 let [at_rest, trial] = [before, after].map(|strain| law.at_rest(strain, 298.15, softening));
                 let strain =
                     first(law.carrying(Double::splat(before), Double::splat(at_rest), Double::splat(trial)));
                 // What is left of the digits of a strength that hardly grows, to the power of 1/n.
                 let error = 1e-14 * trial / (trial - at_rest) / c.hardening_exponent;
-                if error < 0.1 {
-                    assert!(
-                        (strain / after - 1.0).abs() < error.max(1e-11),
-                        "{strain:e} instead of {after:e}, softening {softening}"
-                    );
-                }
+                assert!(
+                    (strain / after - 1.0).abs() < error.max(1e-11),
+                    "{strain:e} instead of {after:e}, softening {softening}"
+                );
             }
         }
         let plain = PowerLaw::<f64>::new(&Constants { hardening_modulus: 0.0, ..c });
