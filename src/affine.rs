@@ -6,8 +6,8 @@
 //! v = Σ w_i v_i,  B = Σ w_i v_i ⊗ (x_i − x)        from the grid's new velocities,
 //! m_i v_i = Σ w_i m (v + B D⁻¹ (x_i − x)),  D = Σ w_i (x_i − x) ⊗ (x_i − x)    to the grid at the new positions.
 //!
-//! Weights are products over the axes, so D is diagonal (`Stencil::moments`) and both sums have the form of a gradient:
-//! moments w (k − d) take the place of slopes. Momentum is conserved, and angular momentum with the points' own share
+//! Weights are products over the axes, so D is diagonal, and both sums follow from what a pass adds up anyway
+//! (`transfer/moments.rs`). Momentum is conserved, and angular momentum with the points' own share
 //! m (B_yx − B_xy), by each transfer, to rounding (tests/apic.rs). Energy of the affine part is no part of the points' kinetic
 //! energy; the ledger counts what goes there as damping.
 //!

@@ -277,11 +277,11 @@ impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
     ) {
         self.sums.points = self.pass_points(outgoing, common, stray_bound);
         self.strays.clear();
+        let Some(bound) = stray_bound else { return };
         for suspect in self.suspects.drain(..) {
             let block = &self.blocks[suspect.block];
             let nodes = (&self.nodes, common.layout, common.shape);
             let point = (&suspect, &block.places(), &block.velocity);
-            let bound = stray_bound.unwrap_or(f64::INFINITY);
             self.strays.extend(velocity_range::judge::<R, D, F>(point, nodes, bound));
         }
     }

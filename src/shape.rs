@@ -22,19 +22,6 @@ pub struct Stencil<V> {
     pub slopes: [V; 3],
 }
 
-impl<V: Lanes> Stencil<V> {
-    /// First moments w_k (k − d) of the weights, and the second one D = Σ w_k (k − d)² (-), at the offset `d`.
-    ///
-    /// The first add up to zero. With GIMP on two points per edge D lies between 1/8 and 1/4, so one can divide by it.
-    #[inline(always)]
-    pub fn moments(&self, d: V) -> ([V; 3], V) {
-        let one = V::constant(1.0);
-        let (left, right) = (one + d, one - d);
-        let first = [-(self.weights[0] * left), -(self.weights[1] * d), self.weights[2] * right];
-        (first, first[2].mul_add(right, -(first[0] * left) - first[1] * d))
-    }
-}
-
 /// A shape function.
 pub trait ShapeFunction<R: Real>: Copy + Send + Sync + 'static {
     /// Weights and slopes at the offset `d` (-) from the nearest node, in [−½, ½].

@@ -128,16 +128,31 @@ impl Simd for Counting {
         })
     }
     fn store_transposed(lanes: [Self::Lanes; 4], to: &mut [Counted]) {
-        use swarf::simd::Vector;
         for (c, vector) in lanes.into_iter().enumerate() {
-            let mut column = [Counted(0.0); 4];
-            vector.store(&mut column);
+            let column = entries(vector);
             (0..4).for_each(|p| to[4 * p + c] = column[p]);
         }
+    }
+    fn join(first: Self::Quad, last: Self::Quad) -> Self::Quad {
+        use swarf::simd::Vector;
+        let ([a, b, ..], [.., c, d]) = (entries(first), entries(last));
+        Vector::load(&[a, b, c, d])
+    }
+    fn first_twice(quad: Self::Quad) -> Self::Quad {
+        use swarf::simd::Vector;
+        let [a, b, ..] = entries(quad);
+        Vector::load(&[a, b, a, b])
     }
     fn apart<K: Kernel<Counted>>(part: K) -> K::Output {
         part.run::<Self>()
     }
+}
+
+fn entries(vector: Array<Counted, 4>) -> [Counted; 4] {
+    use swarf::simd::Vector;
+    let mut entries = [Counted(0.0); 4];
+    vector.store(&mut entries);
+    entries
 }
 
 /// Flop per point and substep, nodes included.

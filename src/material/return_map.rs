@@ -56,27 +56,10 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageE
         let at_rest = V::load(&state.yield_stress[lane..]);
         // Lanes that do not yield solve a harmless problem of their own and are left out at the end.
         let q = V::select(yields, squares[1].sqrt(), at_rest.max(one));
-        let (mut low, mut high) = (zero, q / three_mu);
-
-        // First guess: the whole strain increment, as in steady flow, or the excess over the strength at rest where that is
-        // less; then what the rate makes of the strength as it stands.
-        let excess = (q - at_rest) / three_mu;
-        let whole = (strain_square * V::constant(2.0 / 3.0)).sqrt();
-        let mut guess = whole.min(excess).max(least());
-        // Where the strain grows by a multiple, above all where a point yields for the first time, the slope of hardening says
-        // little about where it leads; the power does.
-        let mut most = high;
-        let grows = guess.gt(old_strain);
-        if (yields & grows).any() {
-            let carrying = (self.hardening.carrying(old_strain, at_rest, q) - old_strain).max(least());
-            most = V::select(grows, carrying.min(high), high);
-            guess = guess.min(most);
-        }
         let steep = three_mu * V::constant(0.1);
-        let standing = KnownReturn { trial: q, three_mu, strength: Standing(at_rest), least: steep };
-        let start = (guess, self.rate.factor(guess, dt));
-        let (mut x, _) = self.rate.solve(&standing, start, dt, V::constant(ROUGHLY), yields);
-        x = x.max(least()).min(most);
+        let (mut low, mut high) = (zero, q / three_mu);
+        let known = [old_strain, at_rest, q];
+        let mut x = self.first_guess(known, high, steep, strain_square, dt, yields);
 
         let tolerance = V::constant(if R::IS_SINGLE { 1e-6 } else { 1e-12 }) * q;
         // What parabolas, or lines for a law without second derivatives, miss is of the third, or second, order in the step
@@ -179,5 +162,40 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageE
         }
         self.thermal.heat(&mut state.thermal, lane, rise);
         V::select(yields, flow / q, one)
+    }
+
+    /// First guess of a return's increment (-): the whole strain increment, as in steady flow, or the excess over the strength at
+    /// rest where that is less; then what the rate makes of the strength as it stands.
+    ///
+    /// * `known`: plastic strain so far (-), strength at rest and q_trial (Pa)
+    /// * `high`: the largest increment that there can be (-)
+    /// * `steep`: least steepness to divide by (Pa)
+    #[inline(always)]
+    fn first_guess<V: Vector<Scalar = R>>(
+        &self,
+        [old_strain, at_rest, q]: [V; 3],
+        high: V,
+        steep: V,
+        strain_square: V,
+        dt: R,
+        yields: V::Mask,
+    ) -> V {
+        let three_mu = V::splat(self.elasticity.shear_modulus) * V::constant(3.0);
+        let excess = (q - at_rest) / three_mu;
+        let whole = (strain_square * V::constant(2.0 / 3.0)).sqrt();
+        let mut guess = whole.min(excess).max(least());
+        // Where the strain grows by a multiple, above all where a point yields for the first time, the slope of hardening says
+        // little about where it leads; the power does.
+        let mut most = high;
+        let grows = guess.gt(old_strain);
+        if (yields & grows).any() {
+            let carrying = (self.hardening.carrying(old_strain, at_rest, q) - old_strain).max(least());
+            most = V::select(grows, carrying.min(high), high);
+            guess = guess.min(most);
+        }
+        let standing = KnownReturn { trial: q, three_mu, strength: Standing(at_rest), least: steep };
+        let start = (guess, self.rate.factor(guess, dt));
+        let (x, _) = self.rate.solve(&standing, start, dt, V::constant(ROUGHLY), yields);
+        x.max(least()).min(most)
     }
 }

@@ -15,29 +15,17 @@ use super::{Kernel, Mask, Real, Simd, Vector};
 #[derive(Clone, Copy, Debug)]
 pub struct Avx2<R>(PhantomData<R>);
 
-/// A unit of compilation with a copy of `run`.
-macro_rules! unit {
-    ($name:ident) => {
-        mod $name {
-            use super::{Kernel, Real, Simd};
-
-            /// Runs a kernel compiled for AVX2 and FMA: all that is inlined here is.
-            ///
-            /// # Safety
-            /// The processor has AVX2 and FMA.
-            #[target_feature(enable = "avx2,fma")]
-            #[inline(never)]
-            pub unsafe fn run<R: Real, S: Simd<Scalar = R>, K: Kernel<R>>(kernel: K) -> K::Output {
-                kernel.run::<S>()
-            }
-        }
-    };
+units! {
+    /// Runs a kernel compiled for AVX2 and FMA: all that is inlined here is.
+    ///
+    /// # Safety
+    /// The processor has AVX2 and FMA.
+    #[target_feature(enable = "avx2,fma")]
+    #[inline(never)]
+    pub unsafe fn run<R: Real, S: Simd<Scalar = R>, K: Kernel<R>>(kernel: K) -> K::Output {
+        kernel.run::<S>()
+    }
 }
-
-unit!(unit_0);
-unit!(unit_1);
-unit!(unit_2);
-unit!(unit_3);
 
 /// Runs a kernel compiled for AVX2 and FMA, in its unit.
 ///
@@ -410,6 +398,15 @@ impl Simd for Avx2<f64> {
     }
 
     #[inline(always)]
+    fn join(first: F64x4, last: F64x4) -> F64x4 {
+        F64x4(registers!(_mm256_blend_pd::<0b1100>(first.0, last.0)))
+    }
+    #[inline(always)]
+    fn first_twice(quad: F64x4) -> F64x4 {
+        F64x4(registers!(_mm256_permute2f128_pd::<0>(quad.0, quad.0)))
+    }
+
+    #[inline(always)]
     fn apart<K: Kernel<f64>>(part: K) -> K::Output {
         // SAFETY: these vectors exist within `run` alone, whose caller has found AVX2 and FMA.
         unsafe { run::<f64, Self, K>(part) }
@@ -435,6 +432,15 @@ impl Simd for Avx2<f32> {
         store_pair(b, to, 1);
         store_pair(c, to, 2);
         store_pair(d, to, 3);
+    }
+
+    #[inline(always)]
+    fn join(first: F32x4, last: F32x4) -> F32x4 {
+        F32x4(registers!(_mm_blend_ps::<0b1100>(first.0, last.0)))
+    }
+    #[inline(always)]
+    fn first_twice(quad: F32x4) -> F32x4 {
+        F32x4(registers!(_mm_movelh_ps(quad.0, quad.0)))
     }
 
     #[inline(always)]

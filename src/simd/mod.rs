@@ -42,6 +42,23 @@ macro_rules! inlined {
 }
 pub(crate) use inlined;
 
+/// Four units of compilation, `unit_0` to `unit_3`, each with a copy of the function given ([`Kernel::UNIT`]).
+macro_rules! units {
+    (@ $unit:ident $run:item) => {
+        mod $unit {
+            use super::{Kernel, Real, Simd};
+
+            $run
+        }
+    };
+    ($run:item) => {
+        units!(@ unit_0 $run);
+        units!(@ unit_1 $run);
+        units!(@ unit_2 $run);
+        units!(@ unit_3 $run);
+    };
+}
+
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 pub mod math;
@@ -227,6 +244,11 @@ pub trait Simd: Copy + Send + Sync + 'static {
     fn load_transposed(from: &[Self::Scalar]) -> [Self::Lanes; 4];
     /// Writes lane `p` of vector `c` to `to[4 p + c]`. Panics if `to` is shorter than four times the lanes.
     fn store_transposed(lanes: [Self::Lanes; 4], to: &mut [Self::Scalar]);
+
+    /// The first two numbers of one quad and the last two of another.
+    fn join(first: Self::Quad, last: Self::Quad) -> Self::Quad;
+    /// The first two numbers of a quad, twice.
+    fn first_twice(quad: Self::Quad) -> Self::Quad;
 
     /// Runs a part of a kernel as a function of its own, which is compiled once for all kernels that share it.
     fn apart<K: Kernel<Self::Scalar>>(part: K) -> K::Output;

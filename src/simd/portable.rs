@@ -222,6 +222,16 @@ fn store_transposed<R: Real, const N: usize>(lanes: [Array<R, N>; 4], to: &mut [
     }
 }
 
+#[inline(always)]
+fn join<R: Real>(Array([a, b, ..]): Array<R, 4>, Array([.., c, d]): Array<R, 4>) -> Array<R, 4> {
+    Array([a, b, c, d])
+}
+
+#[inline(always)]
+fn first_twice<R: Real>(Array([a, b, ..]): Array<R, 4>) -> Array<R, 4> {
+    Array([a, b, a, b])
+}
+
 impl Simd for Portable<f64> {
     type Scalar = f64;
     type Lanes = Array<f64, 2>;
@@ -234,6 +244,15 @@ impl Simd for Portable<f64> {
     #[inline(always)]
     fn store_transposed(lanes: [Self::Lanes; 4], to: &mut [f64]) {
         store_transposed(lanes, to);
+    }
+
+    #[inline(always)]
+    fn join(first: Self::Quad, last: Self::Quad) -> Self::Quad {
+        join(first, last)
+    }
+    #[inline(always)]
+    fn first_twice(quad: Self::Quad) -> Self::Quad {
+        first_twice(quad)
     }
 
     #[inline(never)]
@@ -256,31 +275,28 @@ impl Simd for Portable<f32> {
         store_transposed(lanes, to);
     }
 
+    #[inline(always)]
+    fn join(first: Self::Quad, last: Self::Quad) -> Self::Quad {
+        join(first, last)
+    }
+    #[inline(always)]
+    fn first_twice(quad: Self::Quad) -> Self::Quad {
+        first_twice(quad)
+    }
+
     #[inline(never)]
     fn apart<K: Kernel<f32>>(part: K) -> K::Output {
         part.run::<Self>()
     }
 }
 
-/// A unit of compilation with a copy of `run`.
-macro_rules! unit {
-    ($name:ident) => {
-        mod $name {
-            use super::{Kernel, Real, Simd};
-
-            /// Runs a kernel on plain arrays.
-            #[inline(never)]
-            pub fn run<R: Real, S: Simd<Scalar = R>, K: Kernel<R>>(kernel: K) -> K::Output {
-                kernel.run::<S>()
-            }
-        }
-    };
+units! {
+    /// Runs a kernel on plain arrays.
+    #[inline(never)]
+    pub fn run<R: Real, S: Simd<Scalar = R>, K: Kernel<R>>(kernel: K) -> K::Output {
+        kernel.run::<S>()
+    }
 }
-
-unit!(unit_0);
-unit!(unit_1);
-unit!(unit_2);
-unit!(unit_3);
 
 /// Runs a kernel on plain arrays, in its unit.
 #[inline(always)]

@@ -207,6 +207,17 @@ fn transposes_move_component_c_of_point_p_to_lane_p_of_vector_c() {
     in_every_set!(check);
 }
 
+/// Halves of a grid node's four numbers.
+#[test]
+fn halves_of_quads_are_joined_and_doubled() {
+    fn check<S: Simd>() {
+        let quad = |from: i32| S::Quad::load_i32(&[from, from + 1, from + 2, from + 3]);
+        assert_eq!(lanes(S::join(quad(0), quad(10))), [0.0, 1.0, 12.0, 13.0]);
+        assert_eq!(lanes(S::first_twice(quad(5))), [5.0, 6.0, 5.0, 6.0]);
+    }
+    in_every_set!(check);
+}
+
 /// x = m 2^k exactly, with m around one: what the logarithm builds on.
 #[test]
 fn exponents_split_off_can_be_put_back() {

@@ -22,12 +22,12 @@
 //! In substeps that look for stray velocities (`strays`), each block's are compared with those that its points have moved with,
 //! before stage 4 (`look`).
 //!
-//! Where points carry an affine velocity field (`affine`), a second scratch with moments in the place of slopes goes through
-//! stages 1, 2 and 4 beside the first: its gradients are the points' moments, and what these give to the nodes.
+//! Where points carry an affine velocity field (`affine`), gradients and forces share their records with first moments (`moments`).
 //!
 //! Equation numbers: Ambati et al. (2011). Stress is updated after the velocity ("stress last").
 
 mod look;
+mod moments;
 mod nodes;
 mod to_grid;
 mod to_points;
@@ -42,8 +42,9 @@ use crate::points::{BLOCK, Block, Column, PointState};
 use crate::shape::ShapeFunction;
 use crate::simd::{Kernel, Mask, Real, Simd, Vector, each, inlined};
 use look::Differences;
-use to_grid::{Scatter, ToGrid};
-use to_points::{ToPoints, store_moments};
+use moments::Affine;
+use to_grid::ToGrid;
+use to_points::ToPoints;
 
 /// Furthest a point may move in one substep (cells); the grid's window relies on it.
 pub const TRAVEL_LIMIT: f64 = 0.4;
@@ -97,7 +98,7 @@ struct Scratch<R> {
     slopes: [[Column<R>; 3]; 3],
     /// Per point: velocity and increment (up to two records).
     values: [[[R; 4]; BLOCK]; 2],
-    /// Per point and axis: derivative of the first record; later momentum and force records.
+    /// Per point and axis: derivative of the first record; later force records.
     gradients: [[[R; 4]; BLOCK]; 3],
     /// Per point: momentum record.
     momentum: [[R; 4]; BLOCK],
@@ -147,26 +148,19 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
             density: R::from_f64(model.density()),
         };
         let mut scratch = Scratch::<R>::new();
-        let mut affine = if M::State::IS_AFFINE { Some(Scratch::<R>::new()) } else { None };
         let mut sums = LaneSums::<S::Lanes>::zero();
         deposit.clear();
         for (b, block) in blocks.iter_mut().enumerate() {
             let (node, offset) = (&block.node, &block.offset);
             let scratch = &mut scratch;
-            S::apart(ToPoints::<R, D, F, false> { shape, nodes, layout, node, offset, scratch });
-            if M::State::IS_AFFINE
-                && let Some(scratch) = &mut affine
-            {
-                S::apart(ToPoints::<R, D, F, true> { shape, nodes, layout, node, offset, scratch });
+            let to_points = ToPoints::<R, D, F> { shape, nodes, layout, node, offset, scratch };
+            if M::State::IS_AFFINE {
+                S::apart(Affine(to_points))
+            } else {
+                S::apart(to_points)
             }
             for lane in (0..BLOCK).step_by(S::Lanes::LANES) {
-                update::<S, D, M>(model, &rates, block, lane, scratch, &mut sums);
-                if M::State::IS_AFFINE
-                    && rates.dt > R::ZERO
-                    && let Some(affine) = &affine
-                {
-                    keep_moments::<S, D, _>(block, lane, affine);
-                }
+                update::<S, D, F, M>((shape, model), &rates, block, lane, scratch, &mut sums);
             }
             let Block { node, offset, velocity, volume, .. } = &*block;
             if let Some(look) = &mut look {
@@ -176,7 +170,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
                 }
             }
             let density = rates.density;
-            S::apart(ToGrid::<R, D, F> {
+            let to_grid = ToGrid::<R, D, F> {
                 shape,
                 layout,
                 density,
@@ -186,15 +180,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
                 volume,
                 scratch,
                 deposit,
-            });
-            if M::State::IS_AFFINE
-                && let Some(affine) = &mut affine
-            {
-                for lane in (0..BLOCK).step_by(S::Lanes::LANES) {
-                    prepare_moments::<S, D, F, _>(shape, density, block, lane, affine);
-                }
-                S::apart(Scatter::<R, D> { layout, node: &block.node, scratch: affine, deposit });
-            }
+            };
+            if M::State::IS_AFFINE { S::apart(Affine(to_grid)) } else { S::apart(to_grid) }
         }
         PassSums {
             plastic_work: sums.model.plastic_work.sum().to_f64(),
@@ -227,8 +214,8 @@ impl<V: Vector> LaneSums<V> {
 
 /// Stage 3: FLIP, motion and stress of points `lane..`, and what they give to the grid.
 #[inline(always)]
-fn update<S: Simd, D: Dimension, M: ConstitutiveModel<S::Scalar, D>>(
-    model: &M,
+fn update<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, M: ConstitutiveModel<S::Scalar, D>>(
+    (shape, model): (&F, &M),
     rates: &Rates<S::Scalar>,
     block: &mut Block<S::Scalar, D, M::State>,
     lane: usize,
@@ -263,11 +250,12 @@ fn update<S: Simd, D: Dimension, M: ConstitutiveModel<S::Scalar, D>>(
     // Eq. 16. A point that would leave the window of its nodes stays where it is, and the run stops with an error.
     let limit = S::Lanes::constant(TRAVEL_LIMIT);
     let per_cell = S::Lanes::splat(rates.per_cell);
+    let from_node = inlined!(D::vector, |axis| S::Lanes::load(&block.offset[axis][lane..]));
     for axis in 0..D::AXES {
         let travel = per_cell * first[axis];
         sums.travel = sums.travel.max(travel.abs());
         let travel = S::Lanes::select(travel.abs().le(limit), travel, zero);
-        let moved = S::Lanes::load(&block.offset[axis][lane..]) + travel;
+        let moved = from_node[axis] + travel;
         let shift = moved.round();
         if (shift.abs().gt(zero)).any() {
             move_node(&mut block.node[axis], lane, shift);
@@ -280,6 +268,10 @@ fn update<S: Simd, D: Dimension, M: ConstitutiveModel<S::Scalar, D>>(
         let slope = S::load_transposed(&scratch.gradients[column].as_flattened()[4 * lane..]);
         for row in 0..D::AXES {
             h[row][column] = slope[row] * per_cell;
+        }
+        if M::State::IS_AFFINE && rates.dt > S::Scalar::ZERO {
+            let [.., x, y] = slope;
+            moments::keep::<S, D, _>(block, lane, column, from_node[column], first, [x, y]);
         }
     }
     let before = model.stress::<S::Lanes>(&block.state, lane);
@@ -299,12 +291,20 @@ fn update<S: Simd, D: Dimension, M: ConstitutiveModel<S::Scalar, D>>(
     sums.stress_lag = volume.mul_add(lag, sums.stress_lag);
 
     let strength = -(volume * S::Lanes::splat(rates.inverse_cell));
+    let mut affine = [[zero; 2]; 2];
+    if M::State::IS_AFFINE {
+        let momentum;
+        (affine, momentum) = moments::give::<S, D, F, _>(shape, block, lane, mass);
+        S::store_transposed(momentum, &mut scratch.momentum.as_flattened_mut()[4 * lane..]);
+    }
     for column in 0..D::AXES {
         // In the plane force follows momentum in the same record.
         let shift = if D::QUADS == 1 { 2 } else { 0 };
         let force: [S::Lanes; 4] = each!(k < 4 => {
             if k >= shift && k - shift < D::AXES {
                 strength * D::component(&stress, k - shift, column)
+            } else if M::State::IS_AFFINE && k < 2 {
+                affine[column][k]
             } else {
                 zero
             }
@@ -320,43 +320,5 @@ fn move_node<V: Vector>(node: &mut Column<i32>, lane: usize, shift: V) {
     shift.store_i32(&mut cells);
     for (index, cells) in node[lane..lane + V::LANES].iter_mut().zip(cells) {
         *index += cells;
-    }
-}
-
-/// End of stage 2 for the affine field: the gathered moments of velocity become the points'.
-#[inline(always)]
-fn keep_moments<S: Simd, D: Dimension, T: PointState<S::Scalar>>(
-    block: &mut Block<S::Scalar, D, T>,
-    lane: usize,
-    affine: &Scratch<S::Scalar>,
-) {
-    for column in 0..D::AXES {
-        let moments = S::load_transposed(&affine.gradients[column].as_flattened()[4 * lane..]);
-        for row in 0..D::AXES {
-            moments[row].store(&mut block.state.moments_mut()[D::AXES * row + column][lane..]);
-        }
-    }
-}
-
-/// End of stage 3 for the affine field: what the points' moments add to the momentum of the nodes around their new positions.
-#[inline(always)]
-fn prepare_moments<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, T: PointState<S::Scalar>>(
-    shape: &F,
-    density: S::Scalar,
-    block: &Block<S::Scalar, D, T>,
-    lane: usize,
-    affine: &mut Scratch<S::Scalar>,
-) {
-    let zero = S::Lanes::constant(0.0);
-    let offset = inlined!(D::vector, |axis| S::Lanes::load(&block.offset[axis][lane..]));
-    store_moments::<S, D, F>(shape, &offset, lane, affine, true);
-    let mass = S::Lanes::load(&block.volume[lane..]) * S::Lanes::splat(density);
-    for column in 0..D::AXES {
-        let momentum: [S::Lanes; 4] = each!(row < 4 => if row < D::AXES {
-            mass * S::Lanes::load(&block.state.moments()[D::AXES * row + column][lane..])
-        } else {
-            zero
-        });
-        S::store_transposed(momentum, &mut affine.gradients[column].as_flattened_mut()[4 * lane..]);
     }
 }

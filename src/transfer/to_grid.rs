@@ -3,6 +3,7 @@
 //! A kernel of its own, so that all constitutive models share one compiled copy of it.
 
 use super::Scratch;
+use super::moments::times_k;
 use super::nodes::{NodeRun, first_node};
 use super::to_points::{store_stencils, transverse};
 use crate::dimension::Dimension;
@@ -31,57 +32,42 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>> Kernel<R> for ToGrid<'_, R, D, 
 
     #[inline(always)]
     fn run<S: Simd<Scalar = R>>(self) {
+        self.scatter_block::<S, false>();
+    }
+}
+
+impl<R: Real, D: Dimension, F: ShapeFunction<R>> ToGrid<'_, R, D, F> {
+    /// Adds what all points of a block give, once for each run of points with the same nearest node.
+    ///
+    /// With an affine field the scratch already holds the momentum (`moments`).
+    #[inline(always)]
+    pub(super) fn scatter_block<S: Simd<Scalar = R>, const AFFINE: bool>(self) {
         for lane in (0..BLOCK).step_by(S::Lanes::LANES) {
             let offset = inlined!(D::vector, |axis| S::Lanes::load(&self.offset[axis][lane..]));
             store_stencils::<S, D, F>(self.shape, &offset, lane, self.scratch);
             let mass = S::Lanes::load(&self.volume[lane..]) * S::Lanes::splat(self.density);
-            prepare::<S, D>(self.velocity, mass, lane, self.scratch);
+            if !AFFINE {
+                store_momentum::<S, D>(self.velocity, mass, lane, self.scratch);
+            }
+            store_masses::<S, D>(mass, lane, self.scratch);
         }
-        scatter_block::<S, D>(self.node, self.layout, self.scratch, self.deposit);
-    }
-}
-
-/// Stage 4 alone, for what the scratch of an affine field holds.
-pub(super) struct Scatter<'a, R: Real, D: Dimension> {
-    pub layout: &'a Layout,
-    /// The block's nearest nodes.
-    pub node: &'a D::Vector<Column<i32>>,
-    pub scratch: &'a Scratch<R>,
-    pub deposit: &'a mut NodeRun<R>,
-}
-
-impl<R: Real, D: Dimension> Kernel<R> for Scatter<'_, R, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Simd<Scalar = R>>(self) {
-        scatter_block::<S, D>(self.node, self.layout, self.scratch, self.deposit);
-    }
-}
-
-/// Adds what all points of a block give, once for each run of points with the same nearest node.
-#[inline(always)]
-fn scatter_block<S: Simd, D: Dimension>(
-    node: &D::Vector<Column<i32>>,
-    layout: &Layout,
-    scratch: &Scratch<S::Scalar>,
-    deposit: &mut NodeRun<S::Scalar>,
-) {
-    let mut pile = Pile::<S, D>::new(inlined!(D::vector, |axis| node[axis][0]));
-    for lane in 0..BLOCK {
-        let node = inlined!(D::vector, |axis| node[axis][lane]);
-        if node.as_ref() != pile.node.as_ref() {
-            pile.add_to(deposit, layout);
-            pile = Pile::new(node);
+        let ToGrid { layout, node, scratch, deposit, .. } = self;
+        let mut pile = Pile::<S, D>::new(inlined!(D::vector, |axis| node[axis][0]));
+        for lane in 0..BLOCK {
+            let node = inlined!(D::vector, |axis| node[axis][lane]);
+            if node.as_ref() != pile.node.as_ref() {
+                pile.add_to(deposit, layout);
+                pile = Pile::new(node);
+            }
+            pile.scatter::<AFFINE>(lane, scratch);
         }
-        pile.scatter(lane, scratch);
+        pile.add_to(deposit, layout);
     }
-    pile.add_to(deposit, layout);
 }
 
-/// Momentum of points `lane..` and their mass times the weights along the pencil.
+/// Momentum of points `lane..`.
 #[inline(always)]
-fn prepare<S: Simd, D: Dimension>(
+fn store_momentum<S: Simd, D: Dimension>(
     velocity: &D::Vector<Column<S::Scalar>>,
     mass: S::Lanes,
     lane: usize,
@@ -92,6 +78,12 @@ fn prepare<S: Simd, D: Dimension>(
         if k < D::AXES { mass * S::Lanes::load(&velocity[k][lane..]) } else { zero }
     });
     S::store_transposed(momentum, &mut scratch.momentum.as_flattened_mut()[4 * lane..]);
+}
+
+/// Mass of points `lane..` times the weights along the pencil.
+#[inline(always)]
+fn store_masses<S: Simd, D: Dimension>(mass: S::Lanes, lane: usize, scratch: &mut Scratch<S::Scalar>) {
+    let zero = S::Lanes::constant(0.0);
     let along: [S::Lanes; 4] = each!(k < 4 => {
         if k < 3 { mass * S::Lanes::load(&scratch.weights[D::AXES - 1][k][lane..]) } else { zero }
     });
@@ -116,10 +108,15 @@ impl<S: Simd, D: Dimension> Pile<S, D> {
 
     /// Stage 4: mass, momentum and internal force of one point.
     #[inline(always)]
-    fn scatter(&mut self, lane: usize, scratch: &Scratch<S::Scalar>) {
+    fn scatter<const AFFINE: bool>(&mut self, lane: usize, scratch: &Scratch<S::Scalar>) {
         let last = D::AXES - 1;
         let a: [S::Quad; 3] = each!(k < 3 => S::Quad::splat(scratch.weights[last][k][lane]));
-        let g: [S::Quad; 3] = each!(k < 3 => S::Quad::splat(scratch.slopes[last][k][lane]));
+        let mut g: [S::Quad; 3] = each!(k < 3 => S::Quad::splat(scratch.slopes[last][k][lane]));
+        if AFFINE {
+            for k in 0..3 {
+                g[k] = S::join(times_k(a[k], k), g[k]);
+            }
+        }
         let momentum = S::Quad::load(&scratch.momentum[lane]);
         let force = inlined!(D::vector, |axis| S::Quad::load(&scratch.gradients[axis][lane]));
         let along = S::Quad::load(&scratch.mass_weights[lane]);
@@ -130,7 +127,11 @@ impl<S: Simd, D: Dimension> Pile<S, D> {
             let carried = weight * momentum;
             let mut pushed = if D::QUADS == 1 { carried } else { S::Quad::constant(0.0) };
             for axis in 0..last {
-                pushed = S::Quad::splat(slopes[axis]).mul_add(force[axis], pushed);
+                let mut slope = S::Quad::splat(slopes[axis]);
+                if AFFINE {
+                    slope = S::join(times_k(weight, pencil), slope);
+                }
+                pushed = slope.mul_add(force[axis], pushed);
             }
             let twisted = weight * force[last];
             let records = &mut self.records[pencil];

@@ -3,6 +3,7 @@
 //! A kernel of its own, so that all constitutive models share one compiled copy of it.
 
 use super::Scratch;
+use super::moments::times_k;
 use super::nodes::{NodeRun, first_node};
 use crate::dimension::Dimension;
 use crate::grid::{Layout, Record};
@@ -10,8 +11,8 @@ use crate::points::{BLOCK, Column};
 use crate::shape::ShapeFunction;
 use crate::simd::{Kernel, Real, Simd, Vector, each, inlined};
 
-/// Stages 1 and 2 for one block; with `MOMENTS` those of the affine field, whose gradients are moments of the velocity.
-pub(super) struct ToPoints<'a, R: Real, D: Dimension, F, const MOMENTS: bool> {
+/// Stages 1 and 2 for one block.
+pub(super) struct ToPoints<'a, R: Real, D: Dimension, F> {
     pub shape: &'a F,
     pub nodes: &'a NodeRun<R>,
     pub layout: &'a Layout,
@@ -21,21 +22,23 @@ pub(super) struct ToPoints<'a, R: Real, D: Dimension, F, const MOMENTS: bool> {
     pub scratch: &'a mut Scratch<R>,
 }
 
-impl<R: Real, D: Dimension, F: ShapeFunction<R>, const MOMENTS: bool> Kernel<R>
-    for ToPoints<'_, R, D, F, MOMENTS>
-{
+impl<R: Real, D: Dimension, F: ShapeFunction<R>> Kernel<R> for ToPoints<'_, R, D, F> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd<Scalar = R>>(self) {
+        self.gather_block::<S, false>();
+    }
+}
+
+impl<R: Real, D: Dimension, F: ShapeFunction<R>> ToPoints<'_, R, D, F> {
+    /// Both stages; with moments of the velocity where points have an affine field (`moments`).
+    #[inline(always)]
+    pub(super) fn gather_block<S: Simd<Scalar = R>, const AFFINE: bool>(self) {
         let ToPoints { shape, nodes, layout, node, offset, scratch } = self;
         for lane in (0..BLOCK).step_by(S::Lanes::LANES) {
             let offset = inlined!(D::vector, |axis| S::Lanes::load(&offset[axis][lane..]));
-            if MOMENTS {
-                store_moments::<S, D, F>(shape, &offset, lane, scratch, false);
-            } else {
-                store_stencils::<S, D, F>(shape, &offset, lane, scratch);
-            }
+            store_stencils::<S, D, F>(shape, &offset, lane, scratch);
         }
         let first = inlined!(D::vector, |axis| node[axis][0]);
         let mut stencil = Stencil::<R, D>::around(nodes, layout, first);
@@ -44,7 +47,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, const MOMENTS: bool> Kernel<R>
             if node.as_ref() != stencil.node.as_ref() {
                 stencil = Stencil::around(nodes, layout, node);
             }
-            gather::<S, D>(&stencil, lane, scratch);
+            gather::<S, D, AFFINE>(&stencil, lane, scratch);
         }
     }
 }
@@ -62,27 +65,6 @@ pub(super) fn store_stencils<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>>
         for k in 0..3 {
             stencil.weights[k].store(&mut scratch.weights[axis][k][lane..]);
             stencil.slopes[k].store(&mut scratch.slopes[axis][k][lane..]);
-        }
-    }
-}
-
-/// Stage 1 for the affine field: weights, and in the place of slopes their moments, over D where `is_scaled`.
-#[inline(always)]
-pub(super) fn store_moments<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>>(
-    shape: &F,
-    offset: &D::Vector<S::Lanes>,
-    lane: usize,
-    affine: &mut Scratch<S::Scalar>,
-    is_scaled: bool,
-) {
-    let one = S::Lanes::constant(1.0);
-    for axis in 0..D::AXES {
-        let stencil = shape.stencil(offset[axis]);
-        let (moments, second) = stencil.moments(offset[axis]);
-        let scale = if is_scaled { one / second } else { one };
-        for k in 0..3 {
-            stencil.weights[k].store(&mut affine.weights[axis][k][lane..]);
-            (moments[k] * scale).store(&mut affine.slopes[axis][k][lane..]);
         }
     }
 }
@@ -127,7 +109,7 @@ impl<'a, R: Real, D: Dimension> Stencil<'a, R, D> {
 
 /// Stage 2: velocity, increment and velocity gradient at one point.
 #[inline(always)]
-fn gather<S: Simd, D: Dimension>(
+fn gather<S: Simd, D: Dimension, const AFFINE: bool>(
     stencil: &Stencil<'_, S::Scalar, D>,
     lane: usize,
     scratch: &mut Scratch<S::Scalar>,
@@ -135,7 +117,12 @@ fn gather<S: Simd, D: Dimension>(
     let last = D::AXES - 1;
     let zero = S::Quad::constant(0.0);
     let a: [S::Quad; 3] = each!(k < 3 => S::Quad::splat(scratch.weights[last][k][lane]));
-    let g: [S::Quad; 3] = each!(k < 3 => S::Quad::splat(scratch.slopes[last][k][lane]));
+    let mut g: [S::Quad; 3] = each!(k < 3 => S::Quad::splat(scratch.slopes[last][k][lane]));
+    if AFFINE {
+        for k in 0..3 {
+            g[k] = S::join(g[k], times_k(a[k], k));
+        }
+    }
     let mut values = [zero; 2];
     let mut gradients = D::vector(|_| zero);
     for pencil in 0..D::PENCILS {
@@ -143,13 +130,20 @@ fn gather<S: Simd, D: Dimension>(
         let (weight, slopes) = transverse::<_, D>(scratch, pencil, lane);
         let weight = S::Quad::splat(weight);
         for quad in 0..D::QUADS {
-            let n: [S::Quad; 3] = each!(k < 3 => S::Quad::load(&records[k * D::QUADS + quad].0));
+            let mut n: [S::Quad; 3] = each!(k < 3 => S::Quad::load(&records[k * D::QUADS + quad].0));
+            if AFFINE {
+                n = each!(k < 3 => S::first_twice(n[k]));
+            }
             let along = a[2].mul_add(n[2], a[1].mul_add(n[1], a[0] * n[0]));
             values[quad] = weight.mul_add(along, values[quad]);
             if quad == 0 {
                 let slope_along = g[2].mul_add(n[2], g[1].mul_add(n[1], g[0] * n[0]));
                 for axis in 0..last {
-                    gradients[axis] = S::Quad::splat(slopes[axis]).mul_add(along, gradients[axis]);
+                    let mut slope = S::Quad::splat(slopes[axis]);
+                    if AFFINE {
+                        slope = S::join(slope, times_k(weight, pencil));
+                    }
+                    gradients[axis] = slope.mul_add(along, gradients[axis]);
                 }
                 gradients[last] = weight.mul_add(slope_along, gradients[last]);
             }

@@ -42,6 +42,15 @@ impl Figure {
         self
     }
 
+    /// Adds to the remark why it fails, where it does.
+    pub fn failing_because(&mut self, reason: &str) -> &mut Self {
+        if self.passes() == Some(false) {
+            let between = if self.remark.is_empty() { "" } else { "; " };
+            self.remark = format!("{}{between}{reason}", self.remark);
+        }
+        self
+    }
+
     fn line(&self) -> String {
         let value = if self.value.is_finite() { with_unit(self.value, self.unit) } else { "none".into() };
         let bound = match self.bound {
