@@ -222,73 +222,42 @@ fn store_transposed<R: Real, const N: usize>(lanes: [Array<R, N>; 4], to: &mut [
     }
 }
 
-#[inline(always)]
-fn join<R: Real>(Array([a, b, ..]): Array<R, 4>, Array([.., c, d]): Array<R, 4>) -> Array<R, 4> {
-    Array([a, b, c, d])
+/// Implements [`Simd`] with `$lanes` points side by side.
+macro_rules! simd {
+    ($scalar:ident, $lanes:literal) => {
+        impl Simd for Portable<$scalar> {
+            type Scalar = $scalar;
+            type Lanes = Array<$scalar, $lanes>;
+            type Quad = Array<$scalar, 4>;
+
+            #[inline(always)]
+            fn load_transposed(from: &[$scalar]) -> [Self::Lanes; 4] {
+                load_transposed(from)
+            }
+            #[inline(always)]
+            fn store_transposed(lanes: [Self::Lanes; 4], to: &mut [$scalar]) {
+                store_transposed(lanes, to);
+            }
+
+            #[inline(always)]
+            fn join(Array([a, b, ..]): Self::Quad, Array([.., c, d]): Self::Quad) -> Self::Quad {
+                Array([a, b, c, d])
+            }
+            #[inline(always)]
+            fn first_twice(Array([a, b, ..]): Self::Quad) -> Self::Quad {
+                Array([a, b, a, b])
+            }
+
+            #[inline(never)]
+            fn apart<K: Kernel<$scalar>>(part: K) -> K::Output {
+                part.run::<Self>()
+            }
+        }
+    };
 }
 
-#[inline(always)]
-fn first_twice<R: Real>(Array([a, b, ..]): Array<R, 4>) -> Array<R, 4> {
-    Array([a, b, a, b])
-}
-
-impl Simd for Portable<f64> {
-    type Scalar = f64;
-    type Lanes = Array<f64, 2>;
-    type Quad = Array<f64, 4>;
-
-    #[inline(always)]
-    fn load_transposed(from: &[f64]) -> [Self::Lanes; 4] {
-        load_transposed(from)
-    }
-    #[inline(always)]
-    fn store_transposed(lanes: [Self::Lanes; 4], to: &mut [f64]) {
-        store_transposed(lanes, to);
-    }
-
-    #[inline(always)]
-    fn join(first: Self::Quad, last: Self::Quad) -> Self::Quad {
-        join(first, last)
-    }
-    #[inline(always)]
-    fn first_twice(quad: Self::Quad) -> Self::Quad {
-        first_twice(quad)
-    }
-
-    #[inline(never)]
-    fn apart<K: Kernel<f64>>(part: K) -> K::Output {
-        part.run::<Self>()
-    }
-}
-
-impl Simd for Portable<f32> {
-    type Scalar = f32;
-    type Lanes = Array<f32, 4>;
-    type Quad = Array<f32, 4>;
-
-    #[inline(always)]
-    fn load_transposed(from: &[f32]) -> [Self::Lanes; 4] {
-        load_transposed(from)
-    }
-    #[inline(always)]
-    fn store_transposed(lanes: [Self::Lanes; 4], to: &mut [f32]) {
-        store_transposed(lanes, to);
-    }
-
-    #[inline(always)]
-    fn join(first: Self::Quad, last: Self::Quad) -> Self::Quad {
-        join(first, last)
-    }
-    #[inline(always)]
-    fn first_twice(quad: Self::Quad) -> Self::Quad {
-        first_twice(quad)
-    }
-
-    #[inline(never)]
-    fn apart<K: Kernel<f32>>(part: K) -> K::Output {
-        part.run::<Self>()
-    }
-}
+simd!(f64, 2);
+simd!(f32, 4);
 
 units! {
     /// Runs a kernel on plain arrays.

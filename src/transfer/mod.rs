@@ -291,12 +291,13 @@ fn update<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, M: ConstitutiveMod
     sums.stress_lag = volume.mul_add(lag, sums.stress_lag);
 
     let strength = -(volume * S::Lanes::splat(rates.inverse_cell));
-    let mut affine = [[zero; 2]; 2];
-    if M::State::IS_AFFINE {
-        let momentum;
-        (affine, momentum) = moments::give::<S, D, F, _>(shape, block, lane, mass);
+    let rates_of_momentum = if M::State::IS_AFFINE {
+        let (rates, momentum) = moments::give::<S, D, F, _>(shape, block, lane, mass);
         S::store_transposed(momentum, &mut scratch.momentum.as_flattened_mut()[4 * lane..]);
-    }
+        rates
+    } else {
+        [[zero; 2]; 2]
+    };
     for column in 0..D::AXES {
         // In the plane force follows momentum in the same record.
         let shift = if D::QUADS == 1 { 2 } else { 0 };
@@ -304,7 +305,7 @@ fn update<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, M: ConstitutiveMod
             if k >= shift && k - shift < D::AXES {
                 strength * D::component(&stress, k - shift, column)
             } else if M::State::IS_AFFINE && k < 2 {
-                affine[column][k]
+                rates_of_momentum[column][k]
             } else {
                 zero
             }
