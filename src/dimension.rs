@@ -157,17 +157,18 @@ impl Dimension for PlaneStrain {
         let det_h = xx * yy - xy * yx;
         // det(I + h/2), and g = h (I + h/2)⁻¹ = (h + det(h)/2 I) / det(I + h/2) in two dimensions.
         let quarter_det = V::constant(0.25) * det_h;
-        let inverse = one / (half.mul_add(trace, one) + quarter_det);
+        let det = half.mul_add(trace, one) + quarter_det;
+        let inverse = one / det;
         let g_xx = (xx + half * det_h) * inverse;
         let g_yy = (yy + half * det_h) * inverse;
         let shear = half * (xy + yx) * inverse;
-        let spin = half * (yx - xy) * inverse;
         let mean = (g_xx + g_yy) * V::constant(1.0 / 3.0);
-        // tan(θ/2) = spin/2; cos 2θ and sin 2θ from it without trigonometry.
-        let t = half * spin;
-        let norm = one / t.mul_add(t, one);
-        let cos = (one - t * t) * norm;
-        let sin = (t + t) * norm;
+        // tan(θ/2) = spin/2 = t/det; cos 2θ and sin 2θ from it without trigonometry, and without waiting for the other division.
+        let t = V::constant(0.25) * (yx - xy);
+        let (t_square, det_square) = (t * t, det * det);
+        let norm = one / (det_square + t_square);
+        let cos = (det_square - t_square) * norm;
+        let sin = (t + t) * det * norm;
         let cos2 = cos * cos - sin * sin;
         let sin2 = (sin + sin) * cos;
         Increment {

@@ -27,7 +27,7 @@ use crate::simd::{Mask, Real, Vector};
 const MAX_EVALUATIONS: usize = 120;
 
 /// How well the first guess solves for the rate (-): the strength at rest is not known better.
-const ROUGHLY: f64 = 0.1;
+const ROUGHLY: f64 = 0.3;
 
 impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageEffect<R>>
     JohnsonCook<R, Q, T, H, G>
@@ -70,7 +70,10 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageE
             (true, true) => 5e-3,
             (false, true) => 7e-4,
         };
-        let (near, near_rate) = (V::constant(near), V::constant(if R::IS_SINGLE { 3e-4 } else { 1e-7 }));
+        let near = V::constant(near);
+        // A step so short over the increment needs neither of these; and one that is followed by none where the strength is known.
+        let (tiny, near_rate) = if R::IS_SINGLE { (3e-4, 2e-2) } else { (1e-7, 1e-3) };
+        let (tiny, near_rate) = (V::constant(tiny), V::constant(near_rate));
         let mut flow = q;
         let mut still = one;
         let mut last = V::constant(f64::MAX);
@@ -123,7 +126,7 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageE
                 strength.softening_slope * nearby.heating[1].mul_add(step, nearby.heating[0]) * step;
             let is_short = step.abs().le(near * (old_strain + x)) & softened.abs().le(most) & is_smooth;
             let arrives =
-                inside & is_exact & (is_near & is_short | step.abs().le(near_rate * x)) & steepness.gt(steep);
+                inside & is_exact & (is_near & is_short | step.abs().le(tiny * x)) & steepness.gt(steep);
             x = next;
             if (closed | arrives | !yields).all() {
                 still = V::select(closed, still, nearby.at(x).0);

@@ -371,6 +371,19 @@ fn store_pair(pair: F32x8, to: &mut [f32], p: usize) {
     F32x4(high).store(&mut to[4 * p + 16..]);
 }
 
+/// Asks for part `part` of `parts` of the cache lines of `what`, up to the second level: the first is full of what is at hand.
+#[inline(always)]
+fn prefetch<T>(what: &T, part: usize, parts: usize) {
+    const LINE: usize = 64;
+    let lines = size_of::<T>().div_ceil(LINE);
+    let each = lines.div_ceil(parts);
+    let begin = std::ptr::from_ref(what).cast::<i8>();
+    for line in part * each..((part + 1) * each).min(lines) {
+        // SAFETY: a hint reads nothing that a program can see and faults at no address; this one lies within `what`.
+        unsafe { _mm_prefetch::<_MM_HINT_T1>(begin.wrapping_add(LINE * line)) }
+    }
+}
+
 impl Simd for Avx2<f64> {
     type Scalar = f64;
     type Lanes = F64x4;
@@ -404,6 +417,11 @@ impl Simd for Avx2<f64> {
     #[inline(always)]
     fn first_twice(quad: F64x4) -> F64x4 {
         F64x4(registers!(_mm256_permute2f128_pd::<0>(quad.0, quad.0)))
+    }
+
+    #[inline(always)]
+    fn prefetch<T>(what: &T, part: usize, parts: usize) {
+        prefetch(what, part, parts);
     }
 
     #[inline(always)]
@@ -441,6 +459,11 @@ impl Simd for Avx2<f32> {
     #[inline(always)]
     fn first_twice(quad: F32x4) -> F32x4 {
         F32x4(registers!(_mm_movelh_ps(quad.0, quad.0)))
+    }
+
+    #[inline(always)]
+    fn prefetch<T>(what: &T, part: usize, parts: usize) {
+        prefetch(what, part, parts);
     }
 
     #[inline(always)]

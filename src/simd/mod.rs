@@ -250,6 +250,11 @@ pub trait Simd: Copy + Send + Sync + 'static {
     /// The first two numbers of a quad, twice.
     fn first_twice(quad: Self::Quad) -> Self::Quad;
 
+    /// Asks for part `part` of `parts` of something's memory before it is needed: a hint that changes nothing but the time, and is
+    /// none where the instruction set has no such hint.
+    #[inline(always)]
+    fn prefetch<T>(_what: &T, _part: usize, _parts: usize) {}
+
     /// Runs a part of a kernel as a function of its own, which is compiled once for all kernels that share it.
     fn apart<K: Kernel<Self::Scalar>>(part: K) -> K::Output;
 }

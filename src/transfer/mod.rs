@@ -150,7 +150,9 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
         let mut scratch = Scratch::<R>::new();
         let mut sums = LaneSums::<S::Lanes>::zero();
         deposit.clear();
-        for (b, block) in blocks.iter_mut().enumerate() {
+        for b in 0..blocks.len() {
+            let (block, ahead) = blocks[b..].split_first_mut().expect("a block");
+            let parts = BLOCK / S::Lanes::LANES;
             let (node, offset) = (&block.node, &block.offset);
             let scratch = &mut scratch;
             let to_points = ToPoints::<R, D, F> { shape, nodes, layout, node, offset, scratch };
@@ -159,8 +161,13 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
             } else {
                 S::apart(to_points)
             }
-            for lane in (0..BLOCK).step_by(S::Lanes::LANES) {
+            for part in 0..parts {
+                let lane = part * S::Lanes::LANES;
                 update::<S, D, F, M>((shape, model), &rates, block, lane, scratch, &mut sums);
+                // A block's columns are too short for the processor to guess that they go on.
+                if let Some(next) = ahead.first() {
+                    S::prefetch(next, part, parts);
+                }
             }
             let Block { node, offset, velocity, volume, .. } = &*block;
             if let Some(look) = &mut look {
