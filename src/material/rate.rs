@@ -181,8 +181,8 @@ impl<R: Real> RateEffect<R> for RateDependent<R> {
 
     /// At the reference rate the factor has a kink, across which Newton steps would go to and fro: each lane looks on one side of
     /// it. Above, the residual falls and is convex, so that Newton's steps from the left never pass the root, and series by no
-    /// more than they miss; below, the factor is one. A step below that leads across goes on above from the kink; a step that leads from the kink
-    /// to the left goes on below, from the start, where parabolas hold, and stays there.
+    /// more than they miss; below, the factor is one. A step below that leads across goes on above from the kink; a step that
+    /// leads from the kink to the left goes on below, from the start, where parabolas hold, and stays there.
     #[inline(always)]
     fn solve<V: Vector<Scalar = R>, K: KnownStrength<V>>(
         &self,
@@ -240,8 +240,7 @@ mod tests {
         }
     }
 
-    /// What a step misses falls with the fourth power of its length or faster: all derivatives are right. Newton's alone would leave 0.2 of
-    /// its square.
+    /// What a step misses falls with the fourth power of its length or faster: all derivatives are right.
     #[test]
     fn a_step_is_of_fourth_order() {
         let (dt, about, root) = (1e-9, 1e-4, 1e-4);

@@ -71,7 +71,8 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageE
             (false, true) => 7e-4,
         };
         let near = V::constant(near);
-        // A step so short over the increment needs neither of these; and one that is followed by none where the strength is known.
+        // A step over the increment so short that it arrives whatever the law; and one after which the rate, on known strength, is
+        // solved.
         let (tiny, near_rate) = if R::IS_SINGLE { (3e-4, 2e-2) } else { (1e-7, 1e-3) };
         let (tiny, near_rate) = (V::constant(tiny), V::constant(near_rate));
         let mut flow = q;

@@ -151,7 +151,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
         let mut sums = LaneSums::<S::Lanes>::zero();
         deposit.clear();
         for b in 0..blocks.len() {
-            let (block, ahead) = blocks[b..].split_first_mut().expect("a block");
+            let (block, ahead) = blocks[b..].split_first_mut().expect("b is below their number");
             let parts = BLOCK / S::Lanes::LANES;
             let (node, offset) = (&block.node, &block.offset);
             let scratch = &mut scratch;
