@@ -11,7 +11,7 @@ use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use swarf::dimension::Dimension;
 use swarf::shape::Gimp;
-use swarf::simd::{Array, InstructionSet, Kernel, Real, Simd};
+use swarf::simd::{Array, InstructionSet, Kernel, Real, Simd, Vector};
 use swarf::simulation::Solver;
 
 thread_local! {
@@ -119,9 +119,9 @@ impl Simd for Counting {
     type Scalar = Counted;
     type Lanes = Array<Counted, 4>;
     type Quad = Array<Counted, 4>;
+    type Records = Array<Counted, 4>;
 
     fn load_transposed(from: &[Counted]) -> [Self::Lanes; 4] {
-        use swarf::simd::Vector;
         std::array::from_fn(|c| {
             let lanes: [Counted; 4] = std::array::from_fn(|p| from[4 * p + c]);
             Vector::load(&lanes)
@@ -133,13 +133,23 @@ impl Simd for Counting {
             (0..4).for_each(|p| to[4 * p + c] = column[p]);
         }
     }
-    fn join(first: Self::Quad, last: Self::Quad) -> Self::Quad {
-        use swarf::simd::Vector;
+    fn load_for_all(from: &[Counted]) -> Self::Records {
+        Vector::load(from)
+    }
+    fn load_first(from: &[Counted]) -> Self::Records {
+        Vector::load(from)
+    }
+    fn spread(record: Self::Records, entry: usize) -> Self::Records {
+        Vector::splat(entries(record)[entry])
+    }
+    fn sum_points(record: Self::Records) -> Self::Quad {
+        record
+    }
+    fn join(first: Self::Records, last: Self::Records) -> Self::Records {
         let ([a, b, ..], [.., c, d]) = (entries(first), entries(last));
         Vector::load(&[a, b, c, d])
     }
-    fn first_twice(quad: Self::Quad) -> Self::Quad {
-        use swarf::simd::Vector;
+    fn first_twice(quad: Self::Records) -> Self::Records {
         let [a, b, ..] = entries(quad);
         Vector::load(&[a, b, a, b])
     }
@@ -149,7 +159,6 @@ impl Simd for Counting {
 }
 
 fn entries(vector: Array<Counted, 4>) -> [Counted; 4] {
-    use swarf::simd::Vector;
     let mut entries = [Counted(0.0); 4];
     vector.store(&mut entries);
     entries

@@ -388,6 +388,7 @@ impl Simd for Avx2<f64> {
     type Scalar = f64;
     type Lanes = F64x4;
     type Quad = F64x4;
+    one_abreast!();
 
     #[inline(always)]
     fn load_transposed(from: &[f64]) -> [F64x4; 4] {
@@ -415,8 +416,8 @@ impl Simd for Avx2<f64> {
         F64x4(registers!(_mm256_blend_pd::<0b1100>(first.0, last.0)))
     }
     #[inline(always)]
-    fn first_twice(quad: F64x4) -> F64x4 {
-        F64x4(registers!(_mm256_permute2f128_pd::<0>(quad.0, quad.0)))
+    fn first_twice(record: F64x4) -> F64x4 {
+        F64x4(registers!(_mm256_permute2f128_pd::<0>(record.0, record.0)))
     }
 
     #[inline(always)]
@@ -435,6 +436,33 @@ impl Simd for Avx2<f32> {
     type Scalar = f32;
     type Lanes = F32x8;
     type Quad = F32x4;
+    type Records = F32x8;
+
+    #[inline(always)]
+    fn load_for_all(from: &[f32]) -> F32x8 {
+        let record = F32x4::load(from).0;
+        F32x8(registers!(_mm256_set_m128(record, record)))
+    }
+    #[inline(always)]
+    fn load_first(from: &[f32]) -> F32x8 {
+        let record = F32x4::load(from).0;
+        F32x8(registers!(_mm256_zextps128_ps256(record)))
+    }
+    #[inline(always)]
+    fn spread(records: F32x8, entry: usize) -> F32x8 {
+        F32x8(registers!(match entry {
+            0 => _mm256_permute_ps::<0b00_00_00_00>(records.0),
+            1 => _mm256_permute_ps::<0b01_01_01_01>(records.0),
+            2 => _mm256_permute_ps::<0b10_10_10_10>(records.0),
+            _ => _mm256_permute_ps::<0b11_11_11_11>(records.0),
+        }))
+    }
+    #[inline(always)]
+    fn sum_points(records: F32x8) -> F32x4 {
+        let (low, high) =
+            registers!((_mm256_castps256_ps128(records.0), _mm256_extractf128_ps::<1>(records.0)));
+        F32x4(low) + F32x4(high)
+    }
 
     #[inline(always)]
     fn load_transposed(from: &[f32]) -> [F32x8; 4] {
@@ -453,12 +481,12 @@ impl Simd for Avx2<f32> {
     }
 
     #[inline(always)]
-    fn join(first: F32x4, last: F32x4) -> F32x4 {
-        F32x4(registers!(_mm_blend_ps::<0b1100>(first.0, last.0)))
+    fn join(first: F32x8, last: F32x8) -> F32x8 {
+        F32x8(registers!(_mm256_blend_ps::<0b1100_1100>(first.0, last.0)))
     }
     #[inline(always)]
-    fn first_twice(quad: F32x4) -> F32x4 {
-        F32x4(registers!(_mm_movelh_ps(quad.0, quad.0)))
+    fn first_twice(records: F32x8) -> F32x8 {
+        F32x8(registers!(_mm256_shuffle_ps::<0b01_00_01_00>(records.0, records.0)))
     }
 
     #[inline(always)]

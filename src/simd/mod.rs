@@ -42,6 +42,32 @@ macro_rules! inlined {
 }
 pub(crate) use inlined;
 
+/// What [`Simd`] asks of records where a register holds those of one point.
+macro_rules! one_abreast {
+    () => {
+        type Records = Self::Quad;
+
+        #[inline(always)]
+        fn load_for_all(from: &[Self::Scalar]) -> Self::Records {
+            Self::Quad::load(from)
+        }
+        #[inline(always)]
+        fn load_first(from: &[Self::Scalar]) -> Self::Records {
+            Self::Quad::load(from)
+        }
+        #[inline(always)]
+        fn spread(record: Self::Records, entry: usize) -> Self::Records {
+            let mut entries = [0.0; 4];
+            record.store(&mut entries);
+            Self::Quad::splat(entries[entry])
+        }
+        #[inline(always)]
+        fn sum_points(records: Self::Records) -> Self::Quad {
+            records
+        }
+    };
+}
+
 /// Four units of compilation, `unit_0` to `unit_3`, each with a copy of the function given ([`Kernel::UNIT`]).
 macro_rules! units {
     (@ $unit:ident $run:item) => {
@@ -238,6 +264,10 @@ pub trait Simd: Copy + Send + Sync + 'static {
     type Lanes: Vector<Scalar = Self::Scalar>;
     /// The four numbers of one grid node.
     type Quad: Vector<Scalar = Self::Scalar>;
+    /// Four numbers of each of `ABREAST` points, one point after another.
+    type Records: Vector<Scalar = Self::Scalar>;
+    /// Points whose four numbers a register holds: 2 in `f32` with AVX2, else 1.
+    const ABREAST: usize = Self::Records::LANES / 4;
 
     /// Gathers four components of `Lanes::LANES` points stored one after another, `from[4 p + c]`, into one vector
     /// per component: result `c`, lane `p`. Panics if `from` is shorter than four times the lanes.
@@ -245,10 +275,19 @@ pub trait Simd: Copy + Send + Sync + 'static {
     /// Writes lane `p` of vector `c` to `to[4 p + c]`. Panics if `to` is shorter than four times the lanes.
     fn store_transposed(lanes: [Self::Lanes; 4], to: &mut [Self::Scalar]);
 
-    /// The first two numbers of one quad and the last two of another.
-    fn join(first: Self::Quad, last: Self::Quad) -> Self::Quad;
-    /// The first two numbers of a quad, twice.
-    fn first_twice(quad: Self::Quad) -> Self::Quad;
+    /// The first four numbers of a slice for every point. Panics if there are fewer.
+    fn load_for_all(from: &[Self::Scalar]) -> Self::Records;
+    /// The first four numbers of a slice for the first point, zeros for the others. Panics if there are fewer.
+    fn load_first(from: &[Self::Scalar]) -> Self::Records;
+    /// Entry `entry` (below 4) of each record in all four of its places.
+    fn spread(records: Self::Records, entry: usize) -> Self::Records;
+    /// Sum over the points.
+    fn sum_points(records: Self::Records) -> Self::Quad;
+
+    /// The first two numbers of each record of one vector and the last two of another.
+    fn join(first: Self::Records, last: Self::Records) -> Self::Records;
+    /// The first two numbers of each record, twice.
+    fn first_twice(records: Self::Records) -> Self::Records;
 
     /// Asks for part `part` of `parts` of something's memory before it is needed: a hint that changes nothing but the time, and is
     /// none where the instruction set has no such hint.

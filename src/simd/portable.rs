@@ -229,6 +229,7 @@ macro_rules! simd {
             type Scalar = $scalar;
             type Lanes = Array<$scalar, $lanes>;
             type Quad = Array<$scalar, 4>;
+            one_abreast!();
 
             #[inline(always)]
             fn load_transposed(from: &[$scalar]) -> [Self::Lanes; 4] {
@@ -240,11 +241,11 @@ macro_rules! simd {
             }
 
             #[inline(always)]
-            fn join(Array([a, b, ..]): Self::Quad, Array([.., c, d]): Self::Quad) -> Self::Quad {
+            fn join(Array([a, b, ..]): Self::Records, Array([.., c, d]): Self::Records) -> Self::Records {
                 Array([a, b, c, d])
             }
             #[inline(always)]
-            fn first_twice(Array([a, b, ..]): Self::Quad) -> Self::Quad {
+            fn first_twice(Array([a, b, ..]): Self::Records) -> Self::Records {
                 Array([a, b, a, b])
             }
 

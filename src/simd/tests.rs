@@ -207,13 +207,44 @@ fn transposes_move_component_c_of_point_p_to_lane_p_of_vector_c() {
     in_every_set!(check);
 }
 
-/// Halves of a grid node's four numbers.
+/// Four numbers of each of the points abreast, p of which holds `from(p)`, `from(p)` + 1, ….
+fn records<S: Simd>(from: impl Fn(usize) -> i32) -> S::Records {
+    vector(|lane| f64::from(from(lane / 4)) + (lane % 4) as f64)
+}
+
+/// What is expected of records, from their entries by point.
+fn by_point<S: Simd>(entries: impl Fn(f64) -> [f64; 4]) -> Vec<f64> {
+    (0..S::ABREAST).flat_map(|point| entries(100.0 * point as f64)).collect()
+}
+
+/// Halves of each point's four numbers.
 #[test]
-fn halves_of_quads_are_joined_and_doubled() {
+fn halves_of_records_are_joined_and_doubled() {
     fn check<S: Simd>() {
-        let quad = |from: i32| S::Quad::load_i32(&[from, from + 1, from + 2, from + 3]);
-        assert_eq!(lanes(S::join(quad(0), quad(10))), [0.0, 1.0, 12.0, 13.0]);
-        assert_eq!(lanes(S::first_twice(quad(5))), [5.0, 6.0, 5.0, 6.0]);
+        let from = |first: i32| records::<S>(|point| first + 100 * point as i32);
+        assert_eq!(lanes(S::join(from(0), from(10))), by_point::<S>(|p| [p, p + 1.0, p + 12.0, p + 13.0]));
+        assert_eq!(lanes(S::first_twice(from(5))), by_point::<S>(|p| [p + 5.0, p + 6.0, p + 5.0, p + 6.0]));
+    }
+    in_every_set!(check);
+}
+
+/// Loading, spreading and adding up move whole numbers, so all of it is exact.
+#[test]
+fn records_of_points_are_loaded_spread_and_added_up() {
+    fn check<S: Simd>() {
+        assert_eq!(S::Records::LANES, 4 * S::ABREAST);
+        let numbers: Vec<S::Scalar> = (1..6).map(S::Scalar::from_i32).collect();
+        assert_eq!(lanes(S::load_for_all(&numbers)), by_point::<S>(|_| [1.0, 2.0, 3.0, 4.0]));
+        let first = by_point::<S>(|p| if p == 0.0 { [1.0, 2.0, 3.0, 4.0] } else { [0.0; 4] });
+        assert_eq!(lanes(S::load_first(&numbers)), first);
+        let from = records::<S>(|point| 100 * point as i32);
+        for entry in 0..4 {
+            let want = by_point::<S>(|p| [p + entry as f64; 4]);
+            assert_eq!(lanes(S::spread(from, entry)), want, "entry {entry}");
+        }
+        let all = (0..S::ABREAST).map(|point| 100.0 * point as f64).sum::<f64>();
+        let sum: Vec<f64> = (0..4).map(|entry| all + (entry * S::ABREAST) as f64).collect();
+        assert_eq!(lanes(S::sum_points(from)), sum);
     }
     in_every_set!(check);
 }

@@ -2,6 +2,7 @@
 //!
 //! Here, because a pass over the points has both at hand and a pass of its own would have to gather the second anew.
 
+use super::scratch::Rows;
 use crate::dimension::Dimension;
 use crate::points::{BLOCK, Column};
 use crate::simd::{Kernel, Mask, Real, Simd, Vector};
@@ -35,7 +36,7 @@ impl Look<'_> {
 /// Largest difference along an axis (m/s) of each of a block's points, if any is beyond `bound`.
 pub(super) struct Differences<'a, R: Real, D: Dimension> {
     /// Records whose first entries are the velocities with which the points move (m/s).
-    pub values: &'a [[R; 4]; BLOCK],
+    pub values: &'a Rows<R>,
     /// Their own velocities (m/s).
     pub velocity: &'a D::Vector<Column<R>>,
     /// m/s

@@ -13,7 +13,8 @@
 //! each run of a block's points with the same nearest node.
 //!
 //! Stages 2 and 4 treat one point at a time with all components of a node in one vector [vx, vy, Δvx, Δvy], because
-//! neighbouring points share nodes in no pattern that lasts. Sums over the stencil are nested: first along the
+//! neighbouring points share nodes in no pattern that lasts; two neighbours that do share them, where a register holds two such
+//! vectors (single precision with AVX2). Sums over the stencil are nested: first along the
 //! pencil with that axis' three weights, then over the pencils.
 //!
 //! Stages 1 and 2 (`to_points`) and stage 4 (`to_grid`) know nothing of the material: each is a kernel of its own, called
@@ -29,6 +30,7 @@
 mod look;
 mod moments;
 mod nodes;
+mod scratch;
 mod to_grid;
 mod to_points;
 
@@ -43,6 +45,7 @@ use crate::shape::ShapeFunction;
 use crate::simd::{Kernel, Mask, Real, Simd, Vector, each, inlined};
 use look::Differences;
 use moments::Affine;
+use scratch::Scratch;
 use to_grid::ToGrid;
 use to_points::ToPoints;
 
@@ -89,34 +92,6 @@ pub struct PointsPass<'a, R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>> 
     pub dt: f64,
     /// Look at the points' velocities, if one is due.
     pub look: Option<Look<'a>>,
-}
-
-/// What passes between the stages for one block.
-struct Scratch<R> {
-    /// Weights and slopes by axis and node of the stencil.
-    weights: [[Column<R>; 3]; 3],
-    slopes: [[Column<R>; 3]; 3],
-    /// Per point: velocity and increment (up to two records).
-    values: [[[R; 4]; BLOCK]; 2],
-    /// Per point and axis: derivative of the first record; later force records.
-    gradients: [[[R; 4]; BLOCK]; 3],
-    /// Per point: momentum record.
-    momentum: [[R; 4]; BLOCK],
-    /// Per point: mass times the weights along the pencil.
-    mass_weights: [[R; 4]; BLOCK],
-}
-
-impl<R: Real> Scratch<R> {
-    fn new() -> Self {
-        Scratch {
-            weights: [[[R::ZERO; BLOCK]; 3]; 3],
-            slopes: [[[R::ZERO; BLOCK]; 3]; 3],
-            values: [[[R::ZERO; 4]; BLOCK]; 2],
-            gradients: [[[R::ZERO; 4]; BLOCK]; 3],
-            momentum: [[R::ZERO; 4]; BLOCK],
-            mass_weights: [[R::ZERO; 4]; BLOCK],
-        }
-    }
 }
 
 /// The substep in the forms the stages need.

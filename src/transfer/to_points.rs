@@ -2,9 +2,9 @@
 //!
 //! A kernel of its own, so that all constitutive models share one compiled copy of it.
 
-use super::Scratch;
 use super::moments::times_k;
 use super::nodes::{NodeRun, first_node};
+use super::scratch::{Scratch, store_stencils, together, transverse, way_along};
 use crate::dimension::Dimension;
 use crate::grid::{Layout, Record};
 use crate::points::{BLOCK, Column};
@@ -42,54 +42,27 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>> ToPoints<'_, R, D, F> {
         }
         let first = inlined!(D::vector, |axis| node[axis][0]);
         let mut stencil = Stencil::<R, D>::around(nodes, layout, first);
-        for lane in 0..BLOCK {
-            let node = inlined!(D::vector, |axis| node[axis][lane]);
-            if node.as_ref() != stencil.node.as_ref() {
-                stencil = Stencil::around(nodes, layout, node);
+        let mut lane = 0;
+        while lane < BLOCK {
+            let here = inlined!(D::vector, |axis| node[axis][lane]);
+            match way_along::<D>(&stencil.node, &here) {
+                Some(0) => {}
+                Some(1) => stencil.slide(nodes),
+                _ => stencil = Stencil::around(nodes, layout, here),
             }
             gather::<S, D, AFFINE>(&stencil, lane, scratch);
+            lane += together::<S, D>(node, lane);
         }
-    }
-}
-
-/// Stage 1, and the end of stage 3: weights and slopes of points `lane..` at their offsets.
-#[inline(always)]
-pub(super) fn store_stencils<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>>(
-    shape: &F,
-    offset: &D::Vector<S::Lanes>,
-    lane: usize,
-    scratch: &mut Scratch<S::Scalar>,
-) {
-    for axis in 0..D::AXES {
-        let stencil = shape.stencil(offset[axis]);
-        for k in 0..3 {
-            stencil.weights[k].store(&mut scratch.weights[axis][k][lane..]);
-            stencil.slopes[k].store(&mut scratch.slopes[axis][k][lane..]);
-        }
-    }
-}
-
-/// Product of the weights across the pencils, and its derivatives along each axis but the last.
-#[inline(always)]
-pub(super) fn transverse<R: Real, D: Dimension>(
-    scratch: &Scratch<R>,
-    pencil: usize,
-    lane: usize,
-) -> (R, [R; 2]) {
-    if D::AXES == 2 {
-        (scratch.weights[0][pencil][lane], [scratch.slopes[0][pencil][lane], R::ZERO])
-    } else {
-        let (i, j) = (pencil / 3, pencil % 3);
-        let (x, y) = (scratch.weights[0][i][lane], scratch.weights[1][j][lane]);
-        (x * y, [scratch.slopes[0][i][lane] * y, x * scratch.slopes[1][j][lane]])
     }
 }
 
 /// The records of a point's stencil: three nodes on each of its pencils.
 ///
-/// Sorted points share it with their neighbours, so it is looked up only when the nearest node changes.
+/// Sorted points share it with their neighbours, or have the next one along the pencils.
 struct Stencil<'a, R: Real, D: Dimension> {
     node: D::Vector<i32>,
+    /// By pencil: place in the run of its first node.
+    begin: D::Pencils<usize>,
     /// Of each array the first `3 QUADS` records belong to the stencil.
     pencils: D::Pencils<&'a [Record<R>; 6]>,
 }
@@ -97,27 +70,51 @@ struct Stencil<'a, R: Real, D: Dimension> {
 impl<'a, R: Real, D: Dimension> Stencil<'a, R, D> {
     #[inline(always)]
     fn around(nodes: &'a NodeRun<R>, layout: &Layout, node: D::Vector<i32>) -> Self {
-        // A run is longer than its nodes by `SLACK`, so six records follow each of them.
-        let from = |begin: usize| nodes.records[begin..begin + 6].first_chunk().expect("six records");
-        let mut pencils = D::pencils(from(0));
+        let mut begin = D::pencils(0);
         for pencil in 0..D::PENCILS {
-            pencils[pencil] = from(first_node::<D>(layout, nodes.first, &node, pencil) * D::QUADS);
+            begin[pencil] = first_node::<D>(layout, nodes.first, &node, pencil);
         }
-        Stencil { node, pencils }
+        let mut stencil = Stencil { node, begin, pencils: D::pencils(records_from(nodes, 0)) };
+        stencil.look_up(nodes);
+        stencil
+    }
+
+    /// Goes on to the next node along the pencils.
+    #[inline(always)]
+    fn slide(&mut self, nodes: &'a NodeRun<R>) {
+        self.node[D::AXES - 1] += 1;
+        for pencil in 0..D::PENCILS {
+            self.begin[pencil] += 1;
+        }
+        self.look_up(nodes);
+    }
+
+    #[inline(always)]
+    fn look_up(&mut self, nodes: &'a NodeRun<R>) {
+        for pencil in 0..D::PENCILS {
+            self.pencils[pencil] = records_from(nodes, self.begin[pencil] * D::QUADS);
+        }
     }
 }
 
-/// Stage 2: velocity, increment and velocity gradient at one point.
+/// Six records: a run is longer than its nodes by `SLACK`, so they follow each of them.
+#[inline(always)]
+fn records_from<R: Real>(nodes: &NodeRun<R>, begin: usize) -> &[Record<R>; 6] {
+    nodes.records[begin..begin + 6].first_chunk().expect("six records")
+}
+
+/// Stage 2: velocity, increment and velocity gradient at the points from `lane` on that a register holds. What one gets that is not
+/// around this stencil is overwritten when its turn comes.
 #[inline(always)]
 fn gather<S: Simd, D: Dimension, const AFFINE: bool>(
     stencil: &Stencil<'_, S::Scalar, D>,
     lane: usize,
     scratch: &mut Scratch<S::Scalar>,
 ) {
-    let last = D::AXES - 1;
-    let zero = S::Quad::constant(0.0);
-    let a: [S::Quad; 3] = each!(k < 3 => S::Quad::splat(scratch.weights[last][k][lane]));
-    let mut g: [S::Quad; 3] = each!(k < 3 => S::Quad::splat(scratch.slopes[last][k][lane]));
+    let (last, lane) = (D::AXES - 1, lane % BLOCK);
+    let zero = S::Records::constant(0.0);
+    let a: [S::Records; 3] = each!(k < 3 => scratch.stencils.weight::<S>(last, k, lane));
+    let mut g: [S::Records; 3] = each!(k < 3 => scratch.stencils.slope::<S>(last, k, lane));
     if AFFINE {
         for k in 0..3 {
             g[k] = S::join(g[k], times_k(a[k], k));
@@ -127,10 +124,9 @@ fn gather<S: Simd, D: Dimension, const AFFINE: bool>(
     let mut gradients = D::vector(|_| zero);
     for pencil in 0..D::PENCILS {
         let records = stencil.pencils[pencil];
-        let (weight, slopes) = transverse::<_, D>(scratch, pencil, lane);
-        let weight = S::Quad::splat(weight);
+        let (weight, slopes) = transverse::<S, D>(scratch, pencil, lane);
         for quad in 0..D::QUADS {
-            let mut n: [S::Quad; 3] = each!(k < 3 => S::Quad::load(&records[k * D::QUADS + quad].0));
+            let mut n: [S::Records; 3] = each!(k < 3 => S::load_for_all(&records[k * D::QUADS + quad].0));
             if AFFINE {
                 n = each!(k < 3 => S::first_twice(n[k]));
             }
@@ -139,7 +135,7 @@ fn gather<S: Simd, D: Dimension, const AFFINE: bool>(
             if quad == 0 {
                 let slope_along = g[2].mul_add(n[2], g[1].mul_add(n[1], g[0] * n[0]));
                 for axis in 0..last {
-                    let mut slope = S::Quad::splat(slopes[axis]);
+                    let mut slope = slopes[axis];
                     if AFFINE {
                         slope = S::join(slope, times_k(weight, pencil));
                     }
@@ -150,9 +146,9 @@ fn gather<S: Simd, D: Dimension, const AFFINE: bool>(
         }
     }
     for quad in 0..D::QUADS {
-        values[quad].store(&mut scratch.values[quad][lane]);
+        values[quad].store(&mut scratch.values[quad].as_flattened_mut()[4 * lane..]);
     }
     for axis in 0..D::AXES {
-        gradients[axis].store(&mut scratch.gradients[axis][lane]);
+        gradients[axis].store(&mut scratch.gradients[axis].as_flattened_mut()[4 * lane..]);
     }
 }
