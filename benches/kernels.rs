@@ -49,7 +49,7 @@ fn passes(c: &mut Criterion) {
     let mut group = c.benchmark_group("pass");
     let mut solver = sheared::<f64, PlaneStrain>(FLAT);
     group.throughput(Throughput::Elements(solver.points() as u64));
-    group.bench_function("sort", |b| b.iter(|| solver.partition.sort(|_, _| {})));
+    group.bench_function("sort", |b| b.iter(|| solver.partition.sort(|_, _| {}, false)));
     let mut control = LockingControl::default();
     group.bench_function("locking_control", |b| {
         b.iter(|| control.limit_deviations(&mut solver.partition, &solver.shape, &solver.model))

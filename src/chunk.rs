@@ -25,6 +25,7 @@ use crate::simd::{InstructionSet, Kernel, Real, Simd, dispatch};
 use crate::transfer::{Look, NodeRun, PassSums, PointsPass, Suspect};
 use crate::velocity_range::{self, Stray};
 use std::ops::Range;
+use std::time::{Duration, Instant};
 
 /// What a chunk's nodes add up in one substep, over the nodes it owns.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -124,6 +125,8 @@ pub struct Chunk<R: Real, D: Dimension, S> {
     fixed: Vec<Fixed>,
     /// Sums of the last substep.
     pub sums: ChunkSums,
+    /// What the last pass over its points took, so that the longest can come first; not part of the state.
+    pub effort: Duration,
     /// Points whose velocities the last pass had to look at.
     suspects: Vec<Suspect>,
     /// Those found out of bounds.
@@ -139,6 +142,7 @@ impl<R: Real, D: Dimension, S> Default for Chunk<R, D, S> {
             owned: 0..0,
             fixed: Vec::new(),
             sums: ChunkSums::default(),
+            effort: Duration::ZERO,
             suspects: Vec::with_capacity(USUAL_SUSPECTS),
             strays: Vec::with_capacity(USUAL_STRAYS),
         }
@@ -275,7 +279,9 @@ impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
         common: &Substep<'_, F, M>,
         stray_bound: Option<f64>,
     ) {
+        let begin = Instant::now();
         self.sums.points = self.pass_points(outgoing, common, stray_bound);
+        self.effort = begin.elapsed();
         self.strays.clear();
         let Some(bound) = stray_bound else { return };
         for suspect in self.suspects.drain(..) {

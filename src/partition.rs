@@ -16,13 +16,15 @@ use crate::chunk::Chunk;
 use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::grid::{FixedNodes, Layout, PencilRanges};
+use crate::parallel::take_turns;
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::Real;
 use crate::transfer::NodeRun;
 
-/// Points per chunk below which a chunk is not worth its overlap, and most chunks of a scene.
+/// Points per chunk below which a chunk is not worth its overlap.
 const POINTS_PER_CHUNK: usize = 2048;
-const MOST_CHUNKS: usize = 16;
+/// Most chunks of a scene.
+pub const MOST_CHUNKS: usize = 16;
 
 /// The points, their chunks, and the two sets of deposits between which a substep goes to and fro.
 #[derive(Clone)]
@@ -42,6 +44,31 @@ pub struct Partition<R: Real, D: Dimension, S> {
     /// Lowest and highest pencil of each chunk's points when they were sorted; (1, 0) for a chunk without points.
     ends: Vec<(usize, usize)>,
     workspace: Workspace<R, D, S>,
+}
+
+/// Copies points from where they stand now to `blocks`, in the order of `sources`.
+///
+/// * `firsts`: by chunk, blocks before it
+fn copy_in_order<R: Real, D: Dimension, S: PointState<R>>(
+    blocks: &mut [Block<R, D, S>],
+    sources: &[u32],
+    chunks: &[Chunk<R, D, S>],
+    firsts: &[usize],
+) {
+    for (block, sources) in blocks.iter_mut().zip(sources.chunks(BLOCK)) {
+        let mut lane = 0;
+        while lane < sources.len() {
+            let first = sources[lane] as usize;
+            // A run ends with the block it stands in.
+            let most = (sources.len() - lane).min(BLOCK - first % BLOCK);
+            let follow = |step: &usize| sources[lane + step] as usize == first + step;
+            let length = 1 + (1..most).take_while(follow).count();
+            let chunk = firsts.partition_point(|&begin| begin <= first / BLOCK) - 1;
+            let from = &chunks[chunk].blocks[first / BLOCK - firsts[chunk]];
+            block.copy_points(lane, from, first % BLOCK, length);
+            lane += length;
+        }
+    }
 }
 
 /// Marks a place in memory without a point that stays.
@@ -98,7 +125,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             ends: vec![(1, 0); count],
             workspace: Workspace::default(),
         };
-        partition.sort(|_, _| {});
+        partition.sort(|_, _| {}, false);
         partition
     }
 
@@ -119,11 +146,11 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
     }
 
     /// Sorts the points and arranges the grid around them. A point that stands at the domain's rim leaves it: it is
-    /// shown to `retire` and is gone.
-    pub fn sort(&mut self, mut retire: impl FnMut(&Block<R, D, S>, usize)) {
+    /// shown to `retire` and is gone. `parallel` spreads the copying over the threads of the current pool.
+    pub fn sort(&mut self, mut retire: impl FnMut(&Block<R, D, S>, usize), parallel: bool) {
         self.key_points(&mut retire);
         let points = self.order_points();
-        self.gather_points(points);
+        self.gather_points(points, parallel);
         for (chunk, spare) in self.chunks.iter_mut().zip(&mut self.workspace.spare) {
             std::mem::swap(&mut chunk.blocks, spare);
         }
@@ -187,7 +214,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
     }
 
     /// Copies the points in their new order to the spare blocks, in equal numbers for each chunk.
-    fn gather_points(&mut self, points: usize) {
+    fn gather_points(&mut self, points: usize, parallel: bool) {
         let Partition { chunks, workspace, .. } = self;
         let Workspace { spare, sources, firsts, .. } = workspace;
         firsts.clear();
@@ -197,23 +224,19 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         }));
         spare.resize_with(chunks.len(), Vec::new);
         let (total, count) = (points.div_ceil(BLOCK), chunks.len());
-        let mut places = sources.chunks(BLOCK);
-        for (k, blocks) in spare.iter_mut().enumerate() {
-            blocks.resize_with(share(k, total, count).len(), Block::empty);
-            for (block, sources) in blocks.iter_mut().zip(&mut places) {
-                let mut lane = 0;
-                while lane < sources.len() {
-                    let first = sources[lane] as usize;
-                    // A run ends with the block it stands in.
-                    let most = (sources.len() - lane).min(BLOCK - first % BLOCK);
-                    let follow = |step: &usize| sources[lane + step] as usize == first + step;
-                    let length = 1 + (1..most).take_while(follow).count();
-                    let chunk = firsts.partition_point(|&begin| begin <= first / BLOCK) - 1;
-                    let from = &chunks[chunk].blocks[first / BLOCK - firsts[chunk]];
-                    block.copy_points(lane, from, first % BLOCK, length);
-                    lane += length;
-                }
-            }
+        let jobs = spare.iter_mut().enumerate().map(|(k, blocks)| {
+            let share = share(k, total, count);
+            let places = share.start * BLOCK..(share.end * BLOCK).min(points);
+            blocks.resize_with(share.len(), Block::empty);
+            (blocks, &sources[places])
+        });
+        let copy = |(blocks, sources): (&mut Vec<Block<R, D, S>>, &[u32])| {
+            copy_in_order(blocks, sources, chunks, firsts);
+        };
+        if parallel {
+            take_turns(jobs, copy)
+        } else {
+            jobs.for_each(copy)
         }
         if let Some(last) = spare.iter_mut().rev().find_map(|blocks| blocks.last_mut()) {
             fill_empty_places(last, points);
@@ -397,7 +420,7 @@ mod tests {
                 .collect();
             expected.sort_by(|a, b| a.0.as_ref().cmp(b.0.as_ref()));
             let mut retired = partition.points().count() - expected.len();
-            partition.sort(|_, _| retired -= 1);
+            partition.sort(|_, _| retired -= 1, false);
             assert_eq!(retired, 0, "round {round}: points at the rim and points retired");
             let sorted = partition
                 .points()

@@ -43,7 +43,7 @@ fn substeps<D: Dimension>(cells: [i32; 3], set: InstructionSet, times: usize) ->
 fn sorts(times: usize) -> (usize, InstructionSet) {
     let mut solver = sheared::<f64, PlaneStrain>(FLAT);
     for _ in 0..times {
-        solver.partition.sort(|_, _| {});
+        solver.partition.sort(|_, _| {}, false);
     }
     (solver.points(), InstructionSet::detect())
 }

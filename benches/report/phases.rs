@@ -63,7 +63,7 @@ impl Phases {
         let mut alone: Vec<f64> = (0..9)
             .map(|_| {
                 let begin = ThreadTime::now();
-                solver.partition.sort(|_, _| {});
+                solver.partition.sort(|_, _| {}, false);
                 per_point(begin.elapsed().as_secs_f64())
             })
             .collect();

@@ -80,7 +80,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
     }
 
     /// Conducts heat where the scene names it and a pass is due.
-    pub(super) fn conduct_heat(&mut self) {
+    pub(super) fn conduct_heat(&mut self, parallel: bool) {
         let Some(conduction) = &mut self.conduction else { return };
         let Progress { clock, heat, ledger, .. } = &mut self.progress;
         let plastic_heat = conduction.plastic_work_heats && ledger.plastic_work > 0.0;
@@ -97,7 +97,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             self.deposit_friction_heat();
             if self.model.expands() {
                 // The forces that wait on the nodes are those of the stresses before.
-                self.deposit();
+                self.deposit(parallel);
             }
         }
     }

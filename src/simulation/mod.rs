@@ -18,7 +18,8 @@ use crate::ledger::Ledger;
 use crate::locking::{self, LockingControl};
 use crate::material::ConstitutiveModel;
 use crate::nodal_contact::NodalContact;
-use crate::partition::Partition;
+use crate::parallel::take_turns;
+use crate::partition::{MOST_CHUNKS, Partition};
 use crate::points::{BLOCK, Block};
 use crate::shape::ShapeFunction;
 use crate::simd::Real;
@@ -28,7 +29,7 @@ use crate::tool_heat::ToolBody;
 use crate::touching::Touching;
 use crate::transfer::NodeRun;
 use crate::watch::{self, Watch};
-use rayon::prelude::*;
+use std::cmp::Reverse;
 use std::sync::Arc;
 
 /// Points are sorted again before any can have moved further than this along an axis (cells); together with one
@@ -140,9 +141,9 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         simulation.progress.fastest = fastest;
         // Sorting divides the points by the window and deposits them.
         if simulation.options.window.is_some() {
-            simulation.sort()
+            simulation.sort(false)
         } else {
-            simulation.deposit()
+            simulation.deposit(false)
         }
         simulation
     }
@@ -160,8 +161,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
     }
 
     /// Deposits all points without moving them.
-    fn deposit(&mut self) {
-        self.for_each_chunk(0.0, false, |chunk, _, outgoing, common| chunk.deposit(outgoing, common));
+    fn deposit(&mut self, parallel: bool) {
+        self.for_each_chunk(0.0, parallel, |chunk, _, outgoing, common| chunk.deposit(outgoing, common));
         self.partition.exchange_deposits();
     }
 
@@ -191,8 +192,16 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             instructions: self.options.instructions,
         };
         if parallel {
-            let pairs = chunks.par_iter_mut().zip(outgoing.par_iter_mut()).with_max_len(1);
-            pairs.for_each(|(chunk, outgoing)| work(chunk, incoming, outgoing, &common));
+            let mut pairs = [const { None }; MOST_CHUNKS];
+            pairs
+                .iter_mut()
+                .zip(chunks.iter_mut().zip(outgoing))
+                .for_each(|(place, pair)| *place = Some(pair));
+            // The longest first; the order changes no result.
+            pairs.sort_unstable_by_key(|pair| Reverse(pair.as_ref().map(|(chunk, _)| chunk.effort)));
+            take_turns(pairs.into_iter().flatten(), |(chunk, outgoing)| {
+                work(chunk, incoming, outgoing, &common)
+            });
         } else {
             chunks
                 .iter_mut()
@@ -291,7 +300,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
     }
 
     /// Sorts the points before any leaves the nodes of its chunk, and deposits them there anew.
-    fn sort(&mut self) {
+    fn sort(&mut self, parallel: bool) {
         // Nodes get other places.
         self.deposit_friction_heat();
         let (model, ledger) = (&self.model, &mut self.progress.ledger);
@@ -302,7 +311,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             window.freeze_and_thaw(&mut self.partition, &edges);
             self.progress.window = Some(edges);
         }
-        self.partition.sort(|block, lane| {
+        let retire = |block: &Block<R, D, M::State>, lane: usize| {
             let volume = block.volume[lane].to_f64();
             let square: f64 = (0..D::AXES).map(|axis| block.velocity[axis][lane].to_f64().powi(2)).sum();
             let report = model.report(&block.state, lane);
@@ -310,12 +319,13 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             ledger.retired_mass += true_density * volume;
             ledger.retired_energy += volume * (0.5 * density * square + report.elastic_energy);
             ledger.retired_heat += volume * report.heat;
-        });
+        };
+        self.partition.sort(retire, parallel);
         self.progress.travel = 0.0;
         self.touching.note_sort();
         self.nodal_contact.note_sort();
         self.strays.make_room(self.partition.layout.nodes());
-        self.deposit();
+        self.deposit(parallel);
     }
 
     /// By how much (m/s) a point's velocity may differ from its nodes' at the end of this substep, if it is time to look: each
@@ -369,10 +379,10 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
         self.progress.substeps += 1;
         let is_suspicious = self.bring_back_strays();
         if self.progress.travel > SORT_TRAVEL {
-            self.sort();
+            self.sort(parallel);
         }
         self.control_locking();
-        self.conduct_heat();
+        self.conduct_heat(parallel);
         self.watch_energy(is_suspicious)
     }
 
@@ -420,7 +430,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
         self.model.set_density(factor * density);
         self.lightest *= ratio;
         // Deposits hold masses.
-        self.sort();
+        self.sort(false);
     }
 
     fn visit_points(&self, visit: &mut dyn FnMut(&PointView)) {
