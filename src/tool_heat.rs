@@ -91,6 +91,12 @@ impl ToolBody {
         self.cell_capacity() * rises.iter().sum::<f64>()
     }
 
+    /// Heat (J) of a cell that no change of a temperature (K) shows: points as warm as the tool exchange some of it to and fro,
+    /// since their temperatures are rounded.
+    pub fn unresolved_heat(&self, temperature: f64) -> f64 {
+        self.cell_capacity() * f64::EPSILON * temperature
+    }
+
     /// The cell at a place from the tool's lowest point (m), or the nearest of its neighbours that belongs to the tool.
     fn cell_at(&self, place: [f64; 2]) -> Option<usize> {
         let index = |axis: usize| ((place[axis] - self.corner[axis]) / self.cell).floor() as i64;

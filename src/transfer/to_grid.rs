@@ -102,7 +102,13 @@ fn store_masses<S: Simd>(
 
 /// What points that share their nearest node give to its stencil, before it is added to the run of nodes.
 ///
-/// From one node to the next along the pencils it slides: two thirds of it are what the next points add to.
+/// From one node to the next along the pencils it slides, and two thirds of it stay in registers:
+///
+/// ```text
+///  pencil    │ 0   1   2   3   4        nodes
+///            │[a   b   c]               pile of the points around node 1
+///            │ ↓  [b   c   0]           pile of those around node 2: a is added to the run, b and c go on
+/// ```
 struct Pile<S: Simd, D: Dimension> {
     node: D::Vector<i32>,
     /// By pencil: place in the run of its first node.
@@ -127,6 +133,7 @@ impl<S: Simd, D: Dimension> Pile<S, D> {
     /// Stage 4: mass, momentum and internal force of `count` points, all around this pile's node.
     #[inline(always)]
     fn scatter<const AFFINE: bool>(&mut self, lane: usize, count: usize, scratch: &Scratch<S::Scalar>) {
+        // The remainder is the lane itself; that it is below `BLOCK` spares the checks of what follows.
         let (last, lane) = (D::AXES - 1, lane % BLOCK);
         let a: [S::Records; 3] = each!(k < 3 => scratch.stencils.weight::<S>(last, k, lane));
         let mut g: [S::Records; 3] = each!(k < 3 => scratch.stencils.slope::<S>(last, k, lane));
@@ -162,7 +169,7 @@ impl<S: Simd, D: Dimension> Pile<S, D> {
         }
     }
 
-    /// Goes on to the next node along the pencils: what no later point reaches from there is added to the run of nodes.
+    /// Goes on to the next node along the pencils; what points around that one do not reach is added to the run of nodes.
     #[inline(always)]
     fn slide(&mut self, deposit: &mut NodeRun<S::Scalar>) {
         let zero = S::Records::constant(0.0);

@@ -111,6 +111,7 @@ fn gather<S: Simd, D: Dimension, const AFFINE: bool>(
     lane: usize,
     scratch: &mut Scratch<S::Scalar>,
 ) {
+    // The remainder is the lane itself; that it is below `BLOCK` spares the checks of what follows.
     let (last, lane) = (D::AXES - 1, lane % BLOCK);
     let zero = S::Records::constant(0.0);
     let a: [S::Records; 3] = each!(k < 3 => scratch.stencils.weight::<S>(last, k, lane));
