@@ -46,31 +46,6 @@ pub struct Partition<R: Real, D: Dimension, S> {
     workspace: Workspace<R, D, S>,
 }
 
-/// Copies points from where they stand now to `blocks`, in the order of `sources`.
-///
-/// * `firsts`: by chunk, blocks before it
-fn copy_in_order<R: Real, D: Dimension, S: PointState<R>>(
-    blocks: &mut [Block<R, D, S>],
-    sources: &[u32],
-    chunks: &[Chunk<R, D, S>],
-    firsts: &[usize],
-) {
-    for (block, sources) in blocks.iter_mut().zip(sources.chunks(BLOCK)) {
-        let mut lane = 0;
-        while lane < sources.len() {
-            let first = sources[lane] as usize;
-            // A run ends with the block it stands in.
-            let most = (sources.len() - lane).min(BLOCK - first % BLOCK);
-            let follow = |step: &usize| sources[lane + step] as usize == first + step;
-            let length = 1 + (1..most).take_while(follow).count();
-            let chunk = firsts.partition_point(|&begin| begin <= first / BLOCK) - 1;
-            let from = &chunks[chunk].blocks[first / BLOCK - firsts[chunk]];
-            block.copy_points(lane, from, first % BLOCK, length);
-            lane += length;
-        }
-    }
-}
-
 /// Marks a place in memory without a point that stays.
 const GONE: u32 = u32::MAX;
 
@@ -367,6 +342,31 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
 /// The blocks of chunk `k` of `count` when there are `total`.
 fn share(k: usize, total: usize, count: usize) -> std::ops::Range<usize> {
     k * total / count..(k + 1) * total / count
+}
+
+/// Copies points from where they stand now to `blocks`, in the order of `sources`.
+///
+/// * `firsts`: by chunk, blocks before it
+fn copy_in_order<R: Real, D: Dimension, S: PointState<R>>(
+    blocks: &mut [Block<R, D, S>],
+    sources: &[u32],
+    chunks: &[Chunk<R, D, S>],
+    firsts: &[usize],
+) {
+    for (block, sources) in blocks.iter_mut().zip(sources.chunks(BLOCK)) {
+        let mut lane = 0;
+        while lane < sources.len() {
+            let first = sources[lane] as usize;
+            // A run ends with the block it stands in.
+            let most = (sources.len() - lane).min(BLOCK - first % BLOCK);
+            let follow = |step: &usize| sources[lane + step] as usize == first + step;
+            let length = 1 + (1..most).take_while(follow).count();
+            let chunk = firsts.partition_point(|&begin| begin <= first / BLOCK) - 1;
+            let from = &chunks[chunk].blocks[first / BLOCK - firsts[chunk]];
+            block.copy_points(lane, from, first % BLOCK, length);
+            lane += length;
+        }
+    }
 }
 
 /// Places without a point repeat the position of the last point with no volume, so that kernels need no mask.
