@@ -78,6 +78,7 @@ pub fn check(scene: &Scene) -> Result<Scene, Error> {
     limit_courant(&mut resolved, asked_courant)?;
     check_contact(&resolved)?;
     check_affine(&resolved)?;
+    check_smoothing(&resolved)?;
     refuse_rare(&resolved)?;
     check_feed(&resolved, resolved.inputs.feed)?;
     Ok(resolved)
@@ -106,12 +107,13 @@ fn courant_limit(scene: &Scene) -> f64 {
     let shape = Gimp::new(per_edge);
     match (scene.numerics.shape_function, scene.numerics.dimension) {
         // Its slopes jump where a point crosses a face, and no step is short enough; the variable's own range has to do.
-        (ShapeChoice::Linear, _) => f64::INFINITY,
+        (ShapeChoice::Linear, _) => 0.6,
         (ShapeChoice::Gimp, DimensionChoice::PlaneStrain) => {
-            stability::largest_courant::<PlaneStrain, _>(&shape, per_edge, PLANE, ratio)
+            let smoothed = scene.numerics.smoothed_increments;
+            stability::largest_courant::<PlaneStrain, _>(&shape, per_edge, PLANE, ratio, smoothed)
         }
         (ShapeChoice::Gimp, DimensionChoice::ThreeDimensional) => {
-            stability::largest_courant::<ThreeDimensional, _>(&shape, per_edge, SPACE, ratio)
+            stability::largest_courant::<ThreeDimensional, _>(&shape, per_edge, SPACE, ratio, false)
         }
     }
 }
@@ -164,6 +166,22 @@ fn check_affine(scene: &Scene) -> Result<(), Error> {
          numerics.precision = double (numerics.speed = exact), effects.rate = true, effects.heat = adiabatic, \
          effects.thermal_softening = true, material.law = johnson_cook and neither effects.damage nor \
          effects.artificial_viscosity only"
+            .into(),
+    ))
+}
+
+/// Refuses smoothed increments where nodes do not keep the masses that they share.
+fn check_smoothing(scene: &Scene) -> Result<(), Error> {
+    let numerics = &scene.numerics;
+    let fits = numerics.dimension == DimensionChoice::PlaneStrain
+        && numerics.shape_function == ShapeChoice::Gimp
+        && numerics.transfer == TransferChoice::Flip;
+    if fits || !numerics.smoothed_increments {
+        return Ok(());
+    }
+    Err(Error::Inconsistent(
+        "numerics.smoothed_increments = true goes with numerics.dimension = plane_strain, numerics.shape_function = gimp \
+         and numerics.transfer = flip only"
             .into(),
     ))
 }

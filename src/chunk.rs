@@ -16,13 +16,14 @@
 use crate::body_force::BodyForce;
 use crate::contact::{Contact, Correction, RigidTool};
 use crate::dimension::Dimension;
-use crate::grid::{self, FixedNodes, Layout, MARGIN, Record};
+use crate::grid::{self, FixedNodes, Layout, MARGIN};
 use crate::guards::{Bounds, BoundsPass};
 use crate::material::ConstitutiveModel;
 use crate::points::{Block, PointState};
 use crate::shape::ShapeFunction;
-use crate::simd::{InstructionSet, Kernel, Real, Simd, dispatch};
-use crate::transfer::{Look, NodeRun, PassSums, PointsPass, Suspect};
+use crate::simd::{InstructionSet, Real, dispatch};
+use crate::smoothing::Smoothing;
+use crate::transfer::{Look, NodeRun, NodesPass, PassSums, PointsPass, Suspect};
 use crate::velocity_range::{self, Stray};
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -30,7 +31,7 @@ use std::time::{Duration, Instant};
 /// What a chunk's nodes add up in one substep, over the nodes it owns.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NodeSums {
-    /// ½ Σ m |Δv|² (J); with an affine transfer ½ Σ m Δv·v.
+    /// ½ Σ m |Δv|² (J); with an affine transfer ½ Σ m Δv·v; with smoothed increments what `smoothing` has.
     pub increment_energy: f64,
     /// Impulse of the tool on the workpiece (N s).
     pub tool_impulse: [f64; 2],
@@ -118,6 +119,8 @@ pub struct Chunk<R: Real, D: Dimension, S> {
     pub blocks: Vec<Block<R, D, S>>,
     /// Velocities and increments of its nodes, and their masses.
     nodes: NodeRun<R>,
+    /// What smoothing changes, where increments are smoothed.
+    smoothing: Smoothing<R>,
     /// Pencils of its nodes.
     pencils: Range<usize>,
     /// The nodes it owns, as indices of the layout.
@@ -138,6 +141,7 @@ impl<R: Real, D: Dimension, S> Default for Chunk<R, D, S> {
         Chunk {
             blocks: Vec::new(),
             nodes: NodeRun::default(),
+            smoothing: Smoothing::default(),
             pencils: 0..0,
             owned: 0..0,
             fixed: Vec::new(),
@@ -193,13 +197,16 @@ impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
         let plane = layout.pencils_per_plane::<D>() as usize;
         let margin = MARGIN as usize;
         // In space a pencil's neighbours reach one plane further and one row to each side.
-        let reach = margin * plane + if D::AXES == 3 { margin } else { 0 };
+        let mut reach = margin * plane + if D::AXES == 3 { margin } else { 0 };
+        if layout.shares_masses {
+            // What smooths a node's increment is one further.
+            reach += plane;
+        }
         let count = layout.low.len();
         self.pencils = first.saturating_sub(reach)..(last + reach + 1).min(count);
         let nodes = layout.start[self.pencils.start]..layout.start[self.pencils.end];
-        self.nodes.reset::<D>(nodes.start, nodes.len());
-        for run in deposits {
-            run.reset::<D>(nodes.start, nodes.len());
+        for run in deposits.into_iter().chain([&mut self.nodes]) {
+            run.reset::<D>(nodes.start, nodes.len(), layout.shares_masses);
         }
         // Own up to the next chunk's first pencil, but no further than the nodes reach.
         let end_pencil = next.map_or(count, |next| next.min(self.pencils.end));
@@ -257,6 +264,9 @@ impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
         } else {
             grid::increment_energy::<R, D>(records, mass)
         };
+        if common.layout.shares_masses {
+            self.smooth(common, &mut sums);
+        }
         self.sums.nodes = sums;
         self.sums.bounds = dispatch(
             common.instructions,
@@ -284,6 +294,10 @@ impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
         self.effort = begin.elapsed();
         self.strays.clear();
         let Some(bound) = stray_bound else { return };
+        if common.layout.shares_masses {
+            // A point's velocity is judged by those that its increment belongs to.
+            self.smoothing.take_back(&mut self.nodes);
+        }
         for suspect in self.suspects.drain(..) {
             let block = &self.blocks[suspect.block];
             let nodes = (&self.nodes, common.layout, common.shape);
@@ -360,6 +374,20 @@ impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
         }
     }
 
+    /// Lets points move by smoothed increments (`smoothing`).
+    fn smooth<F, M>(&mut self, common: &Substep<'_, F, M>, sums: &mut NodeSums) {
+        let nodes = (&self.nodes, common.layout, self.pencils.clone());
+        self.smoothing.find(nodes, R::from_f64(common.lightest), common.instructions);
+        for node in &self.fixed {
+            self.smoothing.leave(node.index, node.axes);
+        }
+        let owned = self.owned.start - self.nodes.first..self.owned.end - self.nodes.first;
+        let touched = common.touched.nodes.iter().filter(|(index, _)| self.owned.contains(index));
+        let touched = touched.map(|&(index, change)| (index - self.nodes.first, change));
+        sums.increment_energy += self.smoothing.half_work(&self.nodes, owned, touched);
+        self.smoothing.apply(&mut self.nodes);
+    }
+
     /// Sets fixed components to zero; their reaction does no work, and what their motion held is lost.
     fn fix_nodes(&mut self, sums: &mut NodeSums) {
         for node in &self.fixed {
@@ -429,46 +457,5 @@ impl<D: Dimension> Correction<D> {
         } else {
             (change[0] * self.normal[0] + change[1] * self.normal[1]).powi(2)
         }
-    }
-}
-
-/// Adds up the deposits on a chunk's nodes and solves the momentum equation there.
-struct NodesPass<'a, R, D> {
-    nodes: &'a mut NodeRun<R>,
-    incoming: &'a [NodeRun<R>],
-    lightest: R,
-    dt: R,
-    dimension: std::marker::PhantomData<D>,
-}
-
-impl<R: Real, D: Dimension> Kernel<R> for NodesPass<'_, R, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Simd<Scalar = R>>(self) {
-        let nodes = self.nodes;
-        nodes.clear();
-        let range = nodes.first..nodes.first + nodes.count::<D>();
-        for run in self.incoming {
-            let (first, end) = (run.first.max(range.start), (run.first + run.count::<D>()).min(range.end));
-            if first >= end {
-                continue;
-            }
-            let to = first - range.start..end - range.start;
-            let from = first - run.first..end - run.first;
-            let records = &run.records[from.start * D::QUADS..from.end * D::QUADS];
-            for (sum, Record(add)) in
-                nodes.records[to.start * D::QUADS..to.end * D::QUADS].iter_mut().zip(records)
-            {
-                for (sum, &add) in sum.0.iter_mut().zip(add) {
-                    *sum += add;
-                }
-            }
-            for (sum, &add) in nodes.mass[to].iter_mut().zip(&run.mass[from]) {
-                *sum += add;
-            }
-        }
-        let count = nodes.count::<D>();
-        grid::momentum_to_velocity::<R, D>(&mut nodes.records, &nodes.mass[..count], self.lightest, self.dt);
     }
 }

@@ -356,7 +356,9 @@ fn cutting_block<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
         axes: [true; 3],
     };
     let blocks = lattice::<R, D, M>(scene, model, size, first, cell);
-    Partition::new(Layout::new(counts, cell, origin), vec![left, bottom], blocks)
+    let shares_masses = scene.numerics.smoothed_increments;
+    let layout = Layout { shares_masses, ..Layout::new(counts, cell, origin) };
+    Partition::new(layout, vec![left, bottom], blocks)
 }
 
 /// Points at the centres of equal boxes that fill the block exactly.

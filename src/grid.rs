@@ -40,6 +40,8 @@ pub struct Layout {
     pub offset: Vec<i32>,
     /// Nodes before each pencil, and one more entry with all nodes.
     pub start: Vec<usize>,
+    /// Whether nodes keep the masses that they share with their neighbours (`smoothing`).
+    pub shares_masses: bool,
 }
 
 impl Layout {

@@ -19,6 +19,8 @@
 //!   damping = Σ_nodes m |Δv|² − ½ Σ_points m |Δv|² − ½ Σ V₀ Δτ : h − contact. Half of the first term is FLIP's
 //!   filter (at least 0 by Jensen's inequality); the rest oscillates about zero in elastic waves, and is lost
 //!   where a node has so little mass that its points do not take over its velocity;
+//!   With smoothed increments (`smoothing`) the points' strain and their velocities follow different increments: the first term
+//!   is Σ_nodes m Δv·P′Δv there, and what impulses J of the tool do on the difference, Σ J·(Δv − P′Δv), is damping too;
 //!   With APIC (`affine`), whose points take the grid's velocity, their kinetic energy changes by what it changes: the work of
 //!   all forces, Σ_nodes m Δv·v, less the gain of ½ Σ_points m |v|² takes the place of the first two terms, and damping holds
 //!   what goes into the points' affine fields and comes back from there;

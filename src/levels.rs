@@ -58,6 +58,9 @@ pub fn summary(scene: &Scene, mass_factor: f64) -> String {
     if numerics.precision == Precision::Single {
         parts.push("single precision".to_owned());
     }
+    if numerics.smoothed_increments {
+        parts.push("smoothed increments".to_owned());
+    }
     if numerics.courant != Scene::default().numerics.courant {
         parts.push(format!("Courant number {:.3}", numerics.courant));
     }

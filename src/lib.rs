@@ -19,6 +19,7 @@ pub mod body_force;
 pub mod transfer;
 mod stencils;
 pub mod guards;
+pub mod smoothing;
 pub mod velocity_range;
 pub mod chunk;
 pub mod ledger;

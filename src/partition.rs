@@ -269,6 +269,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         for run in &self.incoming {
             bulk.put_reals(run.records.iter().flat_map(|record| &record.0));
             bulk.put_reals(&run.mass);
+            bulk.put_reals(run.shared.iter().flatten());
         }
         bulk
     }
@@ -331,7 +332,8 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         self.arrange_chunks();
         for run in &mut self.incoming {
             let records = run.records.iter_mut().flat_map(|record| &mut record.0);
-            for value in records.chain(&mut run.mass) {
+            let shared = run.shared.iter_mut().flatten();
+            for value in records.chain(&mut run.mass).chain(shared) {
                 *value = reader.real()?;
             }
         }

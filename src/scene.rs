@@ -284,6 +284,8 @@ pub struct Numerics {
     pub inertia_error: f64,
     /// Reach of the active window ahead of the tool in feeds (-); 0 for no window.
     pub active_window: f64,
+    /// Whether points are moved and strained by smoothed increments.
+    pub smoothed_increments: bool,
     /// A point on the front of accuracy against cost.
     pub accuracy: Accuracy,
     /// Threads; 0 for all that pay.
@@ -414,6 +416,7 @@ impl Default for Scene {
                 mass_scaling: 1.0,
                 inertia_error: 0.005,
                 active_window: 0.0,
+                smoothed_increments: false,
                 accuracy: Accuracy::Custom,
                 threads: 0,
                 wall_time_limit: 0.0,

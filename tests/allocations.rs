@@ -42,11 +42,13 @@ struct Calls {
     controlling: [usize; 2],
 }
 
-/// Counts over `substeps` substeps of the reference cut with 12,500 points, once `warm_up` substeps are over.
-fn count(warm_up: usize, substeps: usize, parallel: bool) -> Calls {
+/// Counts over `substeps` substeps of the reference cut with 12,500 points, with plain or smoothed increments, once `warm_up`
+/// substeps are over.
+fn count(warm_up: usize, substeps: usize, parallel: bool, smoothed: bool) -> Calls {
     let mut scene = Scene::default();
     scene.workpiece.length = 5e-3;
     scene.numerics.point_spacing = 2e-5;
+    scene.numerics.smoothed_increments = smoothed;
     let scene = checks::check(&scene).expect("a good scene");
     let mut solver = composition::build(&scene).expect("a good scene");
     let drive = Drive { velocity: [-200.0, 0.0], friction: 0.2 };
@@ -78,16 +80,19 @@ fn count(warm_up: usize, substeps: usize, parallel: bool) -> Calls {
 /// buffers were kept it was some fifty calls for each sort).
 #[test]
 fn substeps_allocate_nothing() {
-    let serial = count(300, 900, false);
+    let serial = count(300, 900, false, false);
     println!("one thread: {serial:?}");
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("two threads");
-    let parallel = pool.install(|| count(300, 900, true));
+    let parallel = pool.install(|| count(300, 900, true, false));
+    let smoothed = count(300, 900, false, true);
+    println!("smoothed increments: {smoothed:?}");
     println!("two threads: {parallel:?}");
-    for calls in [&serial, &parallel] {
+    for calls in [&serial, &parallel, &smoothed] {
         assert!(calls.ordinary[0] > 500 && calls.sorting[0] >= 5 && calls.controlling[0] >= 20, "{calls:?}");
         assert!(calls.sorting[1] <= calls.sorting[0], "{calls:?}");
         assert!(calls.controlling[1] <= calls.controlling[0], "{calls:?}");
     }
     assert_eq!(serial.ordinary[1], 0, "{serial:?}");
     assert_eq!(parallel.ordinary[1], 0, "{parallel:?}");
+    assert_eq!(smoothed.ordinary[1], 0, "{smoothed:?}");
 }

@@ -75,10 +75,10 @@ fn a_refused_value_changes_nothing() {
     let slave = Slave::new(false);
     let references = [reference("tool.rake_angle"), reference("numerics.courant")];
     // SAFETY: the component is alive, the arrays have two entries each.
-    let status = unsafe { fmi2SetReal(slave.component, references.as_ptr(), 2, [0.1, 0.9].as_ptr()) };
+    let status = unsafe { fmi2SetReal(slave.component, references.as_ptr(), 2, [0.1, 1.5].as_ptr()) };
     assert_eq!(status, Status::Error);
     let log = slave.log();
-    assert!(log.contains("fmi2SetReal: numerics.courant = 0.9 is outside [0.01, 0.6]"), "{log}");
+    assert!(log.contains("fmi2SetReal: numerics.courant = 1.5 is outside [0.01, 1.25]"), "{log}");
     // SAFETY: the component is alive.
     unsafe { fmi2EnterInitializationMode(slave.component) };
     assert_eq!((slave.get("tool.rake_angle"), slave.get("numerics.courant")), (0.0, 0.5));

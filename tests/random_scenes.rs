@@ -204,8 +204,12 @@ fn runs() -> impl Strategy<Value = (Scene, Vec<Stage>)> {
     scenes().prop_flat_map(|scene| {
         let cell = scene.numerics.point_spacing * f64::from(scene.numerics.points_per_cell_edge);
         let stages = stages((scene.workpiece.height - 2.0 * cell).max(0.0));
-        (Just(scene), stages).prop_map(|(mut scene, stages)| {
+        (Just(scene), stages, prop::bool::weighted(0.3)).prop_map(|(mut scene, stages, is_smoothed)| {
             scene.inputs = stages[0].inputs;
+            if is_smoothed {
+                scene.numerics.smoothed_increments = true;
+                scene.numerics.courant *= 2.0;
+            }
             (scene, stages)
         })
     })

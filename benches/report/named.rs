@@ -21,7 +21,7 @@ pub struct Named {
 }
 
 /// All measurements.
-pub const NAMED: [Named; 7] = [
+pub const NAMED: [Named; 8] = [
     Named {
         name: "step-rate",
         about: "the first microsecond of the paper's cut, 120,000 points: point-steps per CPU second, two threads over one",
@@ -36,6 +36,11 @@ pub const NAMED: [Named; 7] = [
         name: "levels",
         about: "what the levels change by friction, feed and rake, 30,000 points, 1.6 mm, means of three runs",
         run: levels,
+    },
+    Named {
+        name: "smoothing",
+        about: "what smoothed increments save and change by friction, feed and rake, 30,000 points, 1.6 mm, means of three runs",
+        run: smoothing,
     },
     Named {
         name: "steel-1045",
@@ -139,13 +144,33 @@ fn paper_cut(coarsening: f64) -> Value {
     json!(compare(plans))
 }
 
-fn levels(coarsening: f64) -> Value {
-    let mut all = Vec::new();
-    for (friction, feed, rake) in [0.0, 0.2]
+/// Frictions, feeds (m) and rake angles (rad) over which levers are compared.
+fn conditions() -> impl Iterator<Item = (f64, f64, f64)> {
+    [0.0, 0.2]
         .into_iter()
         .flat_map(|friction| [(friction, 3e-4), (friction, 5e-4)])
         .flat_map(|(friction, feed)| [(friction, feed, 0.0), (friction, feed, 10_f64.to_radians())])
-    {
+}
+
+fn smoothing(coarsening: f64) -> Value {
+    let mut all = Vec::new();
+    for (friction, feed, rake) in conditions() {
+        println!("friction {friction}, feed {:.1} mm, rake {:.0} degrees", feed * 1e3, rake.to_degrees());
+        let cuts = [("plain, Courant 0.54", false, 0.54), ("smoothed, Courant 1.1", true, 1.1)];
+        let cuts = compare_means(cuts.into_iter().map(|(name, smoothed, courant)| {
+            let mut scene = at_level(1e-5 * coarsening, Speed::Exact);
+            (scene.inputs.friction, scene.inputs.feed, scene.tool.rake_angle) = (friction, feed, rake);
+            (scene.numerics.smoothed_increments, scene.numerics.courant) = (smoothed, courant);
+            (name.to_string(), Plan { scene, travel: 1.6e-3, settled: 1e-3 })
+        }));
+        all.push(json!({"friction": friction, "feed_m": feed, "rake_rad": rake, "cuts": cuts}));
+    }
+    json!(all)
+}
+
+fn levels(coarsening: f64) -> Value {
+    let mut all = Vec::new();
+    for (friction, feed, rake) in conditions() {
         println!("friction {friction}, feed {:.1} mm, rake {:.0} degrees", feed * 1e3, rake.to_degrees());
         let cuts = compare_means(Speed::ALL.iter().map(|&(level, speed)| {
             let mut scene = at_level(1e-5 * coarsening, speed);

@@ -23,6 +23,8 @@
 //! In substeps that look for stray velocities (`strays`), each block's are compared with those that its points have moved with,
 //! before stage 4 (`look`).
 //!
+//! Where increments are smoothed (`smoothing`), the masses that nodes share follow stage 4 (`to_shared`).
+//!
 //! Where points carry an affine velocity field (`affine`), gradients and forces share their records with first moments (`moments`).
 //!
 //! Equation numbers: Ambati et al. (2011). Stress is updated after the velocity ("stress last").
@@ -33,9 +35,10 @@ mod nodes;
 mod scratch;
 mod to_grid;
 mod to_points;
+mod to_shared;
 
 pub use look::{Look, Suspect};
-pub use nodes::{NodeRun, first_node};
+pub use nodes::{NodeRun, NodesPass, first_node};
 
 use crate::dimension::Dimension;
 use crate::grid::Layout;
@@ -48,6 +51,7 @@ use moments::Affine;
 use scratch::Scratch;
 use to_grid::ToGrid;
 use to_points::ToPoints;
+use to_shared::ToShared;
 
 /// Furthest a point may move in one substep (cells); the grid's window relies on it.
 pub const TRAVEL_LIMIT: f64 = 0.4;
@@ -163,7 +167,23 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
                 scratch,
                 deposit,
             };
-            if M::State::IS_AFFINE { S::apart(Affine(to_grid)) } else { S::apart(to_grid) }
+            if M::State::IS_AFFINE {
+                S::apart(Affine(to_grid))
+            } else {
+                S::apart(to_grid)
+            }
+            if D::AXES == 2 && layout.shares_masses {
+                S::apart(ToShared::<R, D, F> {
+                    shape,
+                    layout,
+                    density,
+                    node,
+                    offset,
+                    volume,
+                    scratch,
+                    deposit,
+                });
+            }
         }
         PassSums {
             plastic_work: sums.model.plastic_work.sum().to_f64(),

@@ -33,6 +33,8 @@ pub(super) struct Scratch<R> {
     pub momentum: Rows<R>,
     /// Per point: mass times the weights along the pencil.
     pub mass_weights: Rows<R>,
+    /// Per point: mass times squares of the weights along the pencil, and products of neighbouring ones (`to_shared`).
+    pub shared: [Rows<R>; 2],
 }
 
 impl<R: Real> Scratch<R> {
@@ -44,6 +46,7 @@ impl<R: Real> Scratch<R> {
             gradients: [rows; 3],
             momentum: rows,
             mass_weights: rows,
+            shared: [rows; 2],
         }
     }
 }

@@ -260,7 +260,7 @@ mod tests {
             ("tool.rake_angle", "", "expected is a number"),
             ("tool.rake_angle", "70 deg", "outside"),
             ("tool.rake_angle", "nan", "not a finite number"),
-            ("numerics.courant", "0.7", "outside [0.01, 0.6]"),
+            ("numerics.courant", "1.3", "outside [0.01, 1.25]"),
             ("numerics.threads", "1.5", "whole number"),
             ("numerics.threads", "-1", "outside [0, 1024]"),
             ("effects.rate", "yes", "true or false"),

@@ -59,7 +59,8 @@ const THIN: &str = "the limit is that of straight rows; points that have moved u
 ///
 /// * `courant`: at the limit of stability where none is given
 fn aligned(sheet: &mut Sheet, name: &str, size: [usize; 2], courant: Option<f64>, remark: &str) {
-    let limit = stability::largest_courant::<PlaneStrain, _>(&Gimp::new(2), 2, [size[0], size[1], 1], 0.3);
+    let limit =
+        stability::largest_courant::<PlaneStrain, _>(&Gimp::new(2), 2, [size[0], size[1], 1], 0.3, false);
     let number = courant.map_or(format!("{limit:.4}, the limit of stability"), |courant| courant.to_string());
     let (most, retries, error) = vibrate(size, courant.unwrap_or(limit));
     let (most, remark) =

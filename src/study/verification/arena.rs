@@ -91,6 +91,8 @@ pub struct Arena {
     pub fixed: Vec<FixedNodes>,
     /// Courant number (-).
     pub courant: f64,
+    /// Whether increments are smoothed.
+    pub smoothed_increments: bool,
     /// Whether volume ratios are evened out; exact solutions are compared without that averaging.
     pub locking_control: bool,
 }
@@ -108,6 +110,7 @@ impl Arena {
             origin: [origin(0), origin(1), 0.0],
             fixed: vec![],
             courant: 0.5,
+            smoothed_increments: false,
             locking_control: false,
         }
     }
@@ -140,7 +143,8 @@ impl Arena {
                 block.velocity[axis][lane] = seed.velocity[axis];
             }
         }
-        let layout = Layout::new(self.nodes, self.cell, self.origin);
+        let shares_masses = self.smoothed_increments;
+        let layout = Layout { shares_masses, ..Layout::new(self.nodes, self.cell, self.origin) };
         let options = Options {
             courant: self.courant,
             instructions: InstructionSet::detect(),
