@@ -14,9 +14,13 @@
 //! thirds of the work and keeps P′ between P and 1:
 //!
 //! * P′ takes nothing from uniform motion and keeps momentum: m_ij = m_ji.
-//! * Between P and 1 a substep takes energy out of short waves and never gives any. (With m_ij guessed from the nodes'
-//!   masses P′ falls below P here and there, and waves grow.)
+//! * Between P and 1 a substep takes energy out of short waves and gives none while points stay where they are in their cells.
+//!   (With m_ij guessed from the nodes' masses P′ falls below P here and there, and waves grow.)
 //! * The limit of the Courant number is 1.12 for steel where that of plain increments is 0.55.
+//!
+//! What it takes away is what damps: points that pass from cell to cell feed waves, and with plain increments the part 1 − P of
+//! each increment is lost to the waves again. An elastic bar in flight stays quiet at 50 m/s and not at 100 (docs/hard-cases.md),
+//! and a chip of 120,000 points takes more plastic strain (docs/performance.md). So smoothing is for whoever asks for it.
 //!
 //! Points gain Δv as ever, so momentum, contact and its impulses do not change. What the stress does not do on Δv − P′Δv, nor
 //! impulses J of contact, is an entry of the ledger's damping: Σ m Δv·P′Δv in the place of Σ m |Δv|², and Σ J·(Δv − P′Δv).

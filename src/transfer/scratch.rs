@@ -27,14 +27,12 @@ pub(super) struct Scratch<R> {
     pub stencils: Stencils<R>,
     /// Per point: velocity and increment (up to two records).
     pub values: [Rows<R>; 2],
-    /// Per point and axis: derivative of the first record; later force records.
+    /// Per point and axis: derivative of the first record; later force records, and where nodes share masses factors of these.
     pub gradients: [Rows<R>; 3],
     /// Per point: momentum record.
     pub momentum: Rows<R>,
     /// Per point: mass times the weights along the pencil.
     pub mass_weights: Rows<R>,
-    /// Per point: mass times squares of the weights along the pencil, and products of neighbouring ones (`to_shared`).
-    pub shared: [Rows<R>; 2],
 }
 
 impl<R: Real> Scratch<R> {
@@ -46,7 +44,6 @@ impl<R: Real> Scratch<R> {
             gradients: [rows; 3],
             momentum: rows,
             mass_weights: rows,
-            shared: [rows; 2],
         }
     }
 }

@@ -77,7 +77,8 @@ fn around<D: Dimension>(layout: &Layout, first: usize, node: &D::Vector<i32>) ->
     each!(pencil < 3 => first_node::<D>(layout, first, node, pencil))
 }
 
-/// Squares of the weights along y, and products of neighbouring ones, of points `lane..` times their mass.
+/// Squares of the weights along y, and products of neighbouring ones, of points `lane..` times their mass; they take the place of
+/// force records, which have been given.
 #[inline(always)]
 fn store_products<S: Simd>(
     mass: S::Lanes,
@@ -89,8 +90,8 @@ fn store_products<S: Simd>(
     let (mb, md) = (mass * b, mass * d);
     let squares = [mb * b, mass * c * c, md * d, zero];
     let products = [mb * c, md * c, zero, zero];
-    S::store_transposed(squares, &mut scratch.shared[0].as_flattened_mut()[4 * lane..]);
-    S::store_transposed(products, &mut scratch.shared[1].as_flattened_mut()[4 * lane..]);
+    S::store_transposed(squares, &mut scratch.gradients[0].as_flattened_mut()[4 * lane..]);
+    S::store_transposed(products, &mut scratch.gradients[1].as_flattened_mut()[4 * lane..]);
 }
 
 /// What points with the same nearest node have added up.
@@ -112,7 +113,7 @@ impl<S: Simd> Pile<S> {
         // The remainder is the lane itself; that it is below `BLOCK` spares the checks of what follows.
         let lane = lane % BLOCK;
         let a: [S::Records; 3] = each!(k < 3 => scratch.stencils.weight::<S>(0, k, lane));
-        let [squares, products] = each!(k < 2 => load::<S>(&scratch.shared[k], lane, count));
+        let [squares, products] = each!(k < 2 => load::<S>(&scratch.gradients[k], lane, count));
         let [along_x, along_y, diagonal] = &mut self.shared;
         for pencil in 0..3 {
             along_y[pencil] = (a[pencil] * a[pencil]).mul_add(products, along_y[pencil]);
