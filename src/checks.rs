@@ -106,7 +106,7 @@ fn courant_limit(scene: &Scene) -> f64 {
     let (per_edge, ratio) = (scene.numerics.points_per_cell_edge, scene.material.constants.poissons_ratio);
     let shape = Gimp::new(per_edge);
     match (scene.numerics.shape_function, scene.numerics.dimension) {
-        // Its slopes jump where a point crosses a face, and no step is short enough; the variable's own range has to do.
+        // Its slopes jump where a point crosses a face, and no step is short enough; what no material has with GIMP and plain increments has to do.
         (ShapeChoice::Linear, _) => 0.6,
         (ShapeChoice::Gimp, DimensionChoice::PlaneStrain) => {
             let smoothed = scene.numerics.smoothed_increments;

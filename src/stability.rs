@@ -288,6 +288,16 @@ mod tests {
         (2.0 / all.max()).sqrt()
     }
 
+    /// Numbers evenly from -1 to 1, the same in each run.
+    fn noise() -> impl FnMut() -> f64 {
+        let mut state = 1u64;
+        move || {
+            // Knuth's linear congruence; its upper bits are random enough.
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        }
+    }
+
     /// Lanczos' method finds the largest eigenvalue, in the plane and in space.
     #[test]
     fn the_limit_is_that_of_all_eigenvalues() {
@@ -334,11 +344,7 @@ mod tests {
     /// their places by up to a quarter of a cell.
     #[test]
     fn smoothing_keeps_more_than_what_points_give_back() {
-        let mut noise = 1u64;
-        let mut random = move || {
-            noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (noise >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-        };
+        let mut random = noise();
         for size in [0.0, 1e-3, 0.25] {
             let shape = Gimp::new(2);
             let moved = |place| stretched(place) + size * random();
@@ -366,12 +372,7 @@ mod tests {
     /// and 1e-2 cells, thirty arrangements each. The figures of docs/hard-cases.md.
     #[test]
     fn uneven_rows_have_lower_limits() {
-        let mut noise = 1u64;
-        let mut random = move || {
-            // Knuth's linear congruence; its upper bits are random enough.
-            noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (noise >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-        };
+        let mut random = noise();
         let shape = Gimp::new(2);
         for (cells, straight, least) in
             [([6, 6, 1], 0.5485, 0.50), ([8, 2, 1], 0.5428, 0.50), ([32, 1, 1], 0.4857, 0.47)]

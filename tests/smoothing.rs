@@ -108,7 +108,7 @@ fn nodes_share_the_mass_of_the_points_between_them() {
     }
 }
 
-/// What a vibration of `TENTHS` thousand substeps came to.
+/// What a vibration of `THOUSANDS` of substeps came to.
 #[derive(Debug, Default)]
 struct Vibration {
     /// Most energy in each thousand substeps, over that at the start.
@@ -119,7 +119,7 @@ struct Vibration {
     error: String,
 }
 
-const TENTHS: usize = 10;
+const THOUSANDS: usize = 10;
 
 /// A block in small vibration whose sides lie on lines of nodes.
 fn vibrate(size: [usize; 2], courant: f64) -> Vibration {
@@ -142,8 +142,8 @@ fn vibrate(size: [usize; 2], courant: f64) -> Vibration {
         sums
     };
     let start = energies(&solver)[0];
-    let mut vibration = Vibration { most: vec![0.0; TENTHS], ..Vibration::default() };
-    for step in 0..1000 * TENTHS {
+    let mut vibration = Vibration { most: vec![0.0; THOUSANDS], ..Vibration::default() };
+    for step in 0..1000 * THOUSANDS {
         if let Err(error) = solver.step(&NO_DRIVE, false) {
             vibration.error = error.to_string();
             break;
@@ -175,7 +175,7 @@ fn blocks_hold_at_twice_the_courant_number() {
         println!("{size:?} cells at {courant:.4}, {ratio:.3} times plain: {run:.4?}");
         assert!(ratio > 1.95, "{size:?}: {ratio} times the limit of plain increments");
         assert_eq!(run.error, "", "{size:?} at {courant}");
-        assert!(run.most[0] < 1.05 && run.most[TENTHS - 1] <= run.most[0], "{size:?}: {run:?}");
+        assert!(run.most[0] < 1.05 && run.most[THOUSANDS - 1] <= run.most[0], "{size:?}: {run:?}");
         assert!(run.unaccounted < 1e-4, "{size:?}: {run:?}");
     }
     let run = vibrate([32, 16], 1.3);
@@ -204,7 +204,7 @@ fn advance(session: &mut Session, end: f64) {
     }
 }
 
-/// Half the substeps, and a cut that is the same: force within 1 %, thrust within 3 %, mean strain of the chip within 1 %.
+/// Half the substeps, and a cut that is the same: force within 1 %, thrust within 3 %, temperature of the chip within 1 %.
 #[test]
 fn a_cut_takes_half_the_substeps() {
     let [plain, smoothed] = std::thread::scope(|scope| {

@@ -27,7 +27,7 @@ pub(super) struct Scratch<R> {
     pub stencils: Stencils<R>,
     /// Per point: velocity and increment (up to two records).
     pub values: [Rows<R>; 2],
-    /// Per point and axis: derivative of the first record; later force records, and where nodes share masses factors of these.
+    /// Per point and axis: derivative of the first record; later force records, then factors of the shared masses (`to_shared`).
     pub gradients: [Rows<R>; 3],
     /// Per point: momentum record.
     pub momentum: Rows<R>,
