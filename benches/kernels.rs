@@ -52,7 +52,7 @@ fn passes(c: &mut Criterion) {
     group.bench_function("sort", |b| b.iter(|| solver.partition.sort(|_, _| {}, false)));
     let mut control = LockingControl::default();
     group.bench_function("locking_control", |b| {
-        b.iter(|| control.limit_deviations(&mut solver.partition, &solver.shape, &solver.model))
+        b.iter(|| control.limit_deviations(&mut solver.partition, &solver.shape, &solver.model, false))
     });
     group.finish();
 }

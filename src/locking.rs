@@ -23,6 +23,7 @@
 use crate::dimension::Dimension;
 use crate::grid::{Layout, Record, add_force};
 use crate::material::ConstitutiveModel;
+use crate::parallel::for_each;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block, Places, PointState};
 use crate::shape::ShapeFunction;
@@ -41,24 +42,28 @@ const PUNCH: f64 = 2.968_408_5;
 /// The pass and its working memory, none of which is state.
 #[derive(Clone, Debug, Default)]
 pub struct LockingControl {
-    /// Per node: Σ w V (J − 1) and Σ w V where a suspect looks, and whether one does.
-    nodes: Vec<Average>,
+    /// By node of the layout: its place in `wanted` and one where a suspect looks, or 0.
+    places: Vec<u32>,
     /// Nodes where a suspect looks.
     wanted: Vec<usize>,
-    /// Points strained by half the threshold: chunk, block, lane.
-    suspects: Vec<(usize, usize, usize)>,
+    /// Their average volume strains (-).
+    averages: Vec<f64>,
+    /// By chunk.
+    chunks: Vec<InChunk>,
 }
 
-/// What is known of the volume around a node.
-#[derive(Clone, Copy, Debug, Default)]
-struct Average {
-    strain: f64,
-    volume: f64,
-    is_wanted: bool,
+/// What is known of a chunk's points.
+#[derive(Clone, Debug, Default)]
+struct InChunk {
+    /// Points strained by half the threshold: block and lane.
+    suspects: Vec<(usize, usize)>,
+    /// By place in `wanted`: Σ w V (J − 1) and Σ w V over its points.
+    sums: Vec<[f64; 2]>,
 }
 
 impl LockingControl {
-    /// Limits the deviations of volume ratios; returns the elastic energy it took (J).
+    /// Limits the deviations of volume ratios; returns the elastic energy it took (J). With `parallel` on the threads of the
+    /// current pool, with the same result.
     ///
     /// The deposits in `partition.incoming` must be those of the points as they are.
     pub fn limit_deviations<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>>(
@@ -66,119 +71,92 @@ impl LockingControl {
         partition: &mut Partition<R, D, M::State>,
         shape: &F,
         model: &M,
+        parallel: bool,
     ) -> f64 {
         let threshold = PUNCH * model.yield_volume_strain();
-        self.find_suspects(partition, model, 0.5 * threshold);
-        if self.suspects.is_empty() {
-            return 0.0;
+        let mut chunks = std::mem::take(&mut self.chunks);
+        chunks.resize_with(partition.chunks.len(), InChunk::default);
+        for_each(partition.chunks.iter().zip(&mut chunks), parallel, |(chunk, known)| {
+            known.find_suspects(&chunk.blocks, model, 0.5 * threshold);
+        });
+        let mut taken = 0.0;
+        if chunks.iter().any(|known| !known.suspects.is_empty()) {
+            self.mark_nodes(partition, &chunks);
+            let layout = &partition.layout;
+            for_each(partition.chunks.iter().zip(&mut chunks), parallel, |(chunk, known)| {
+                known.sums.clear();
+                known.sums.resize(self.wanted.len(), [0.0; 2]);
+                for block in &chunk.blocks {
+                    let ratio = &|lane: usize| model.volume_ratio(&block.state, lane);
+                    known.add_block(&self.places, layout, &block.places(), shape, ratio);
+                }
+            });
+            self.average(&chunks);
+            taken = partition.sum_over_chunks(parallel, |layout, number, chunk, deposits| {
+                let suspects = &chunks[number].suspects;
+                self.correct(layout, (&mut chunk.blocks, deposits), suspects, shape, model, threshold)
+            });
+            for &node in &self.wanted {
+                self.places[node] = 0;
+            }
         }
-        self.mark_nodes(partition);
-        self.average(partition, shape, model);
-        let taken = self.correct(partition, shape, model, threshold);
-        for &node in &self.wanted {
-            self.nodes[node] = Average::default();
-        }
+        self.chunks = chunks;
         taken
     }
 
-    /// A point off by the threshold is itself strained by half of it, or its surroundings are: then it is they that
-    /// are brought back.
-    fn find_suspects<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
-        &mut self,
-        partition: &Partition<R, D, M::State>,
-        model: &M,
-        strain: f64,
-    ) {
-        self.suspects.clear();
-        for (c, chunk) in partition.chunks.iter().enumerate() {
-            for (b, block) in chunk.blocks.iter().enumerate() {
-                let is_strained = |lane| (model.volume_ratio(&block.state, lane) - 1.0).abs() > strain;
-                let suspects = (0..BLOCK).filter(|&lane| is_strained(lane) && block.is_point(lane));
-                self.suspects.extend(suspects.map(|lane| (c, b, lane)));
-            }
-        }
-    }
-
     /// Marks the nodes that suspects touch.
-    fn mark_nodes<R: Real, D: Dimension, S: PointState<R>>(&mut self, partition: &Partition<R, D, S>) {
+    fn mark_nodes<R: Real, D: Dimension, S: PointState<R>>(
+        &mut self,
+        partition: &Partition<R, D, S>,
+        chunks: &[InChunk],
+    ) {
         let count = partition.layout.nodes();
-        if self.nodes.len() < count {
-            self.nodes.resize(count, Average::default());
+        if self.places.len() < count {
+            self.places.resize(count, 0);
         }
         self.wanted.clear();
-        for &(c, b, lane) in &self.suspects {
-            let node = node_of(&partition.chunks[c].blocks[b], lane);
-            for_each_node::<D>(&partition.layout, &node, |index, _| {
-                if !std::mem::replace(&mut self.nodes[index].is_wanted, true) {
-                    self.wanted.push(index);
-                }
-            });
-        }
-    }
-
-    /// Averages volume strains on the marked nodes.
-    fn average<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>>(
-        &mut self,
-        partition: &Partition<R, D, M::State>,
-        shape: &F,
-        model: &M,
-    ) {
-        for block in partition.chunks.iter().flat_map(|chunk| &chunk.blocks) {
-            let ratio = &|lane: usize| model.volume_ratio(&block.state, lane);
-            self.average_block(&partition.layout, &block.places(), shape, ratio);
-        }
-    }
-
-    /// Adds to the marked nodes what the points of a block near them have; `ratio` gives volume ratios.
-    fn average_block<R: Real, D: Dimension, F: ShapeFunction<R>>(
-        &mut self,
-        layout: &Layout,
-        points: &Places<'_, R, D>,
-        shape: &F,
-        ratio: &dyn Fn(usize) -> f64,
-    ) {
-        let mut weights = None;
-        // Sorted points share their nearest node with their neighbours.
-        let mut last = (D::vector(|_| i32::MIN), false);
-        for lane in points.points() {
-            let node = points.node_of(lane);
-            if node.as_ref() != last.0.as_ref() {
-                let mut is_near = false;
-                for_each_node::<D>(layout, &node, |index, _| is_near |= self.nodes[index].is_wanted);
-                last = (node, is_near);
+        for (chunk, known) in partition.chunks.iter().zip(chunks) {
+            for &(b, lane) in &known.suspects {
+                let node = node_of(&chunk.blocks[b], lane);
+                for_each_node::<D>(&partition.layout, &node, |index, _| {
+                    if self.places[index] == 0 {
+                        self.wanted.push(index);
+                        self.places[index] = self.wanted.len() as u32;
+                    }
+                });
             }
-            if !last.1 {
-                continue;
-            }
-            let weights = weights.get_or_insert_with(|| Stencils::of(points, shape));
-            let volume = points.volume[lane].to_f64();
-            let strain = ratio(lane) - 1.0;
-            for_each_node::<D>(layout, &node, |index, places| {
-                let average = &mut self.nodes[index];
-                if average.is_wanted {
-                    let share = volume * weights.weight::<D>(lane, &places);
-                    average.strain += share * strain;
-                    average.volume += share;
-                }
-            });
         }
     }
 
-    /// Brings suspects that deviate by more than the threshold back to it.
+    /// Adds up what the chunks have on the marked nodes, in their order.
+    fn average(&mut self, chunks: &[InChunk]) {
+        self.averages.clear();
+        self.averages.extend((0..self.wanted.len()).map(|place| {
+            let [strain, volume] = chunks.iter().fold([0.0; 2], |[strain, volume], known| {
+                let [s, v] = known.sums[place];
+                [strain + s, volume + v]
+            });
+            // A node on which nothing but rounding lies has no say, and next to no weight.
+            if volume > 0.0 { strain / volume } else { 0.0 }
+        }));
+    }
+
+    /// Brings suspects of a chunk that deviate by more than the threshold back to it.
     fn correct<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>>(
         &self,
-        partition: &mut Partition<R, D, M::State>,
+        layout: &Layout,
+        (blocks, deposits): (&mut [Block<R, D, M::State>], &mut NodeRun<R>),
+        suspects: &[(usize, usize)],
         shape: &F,
         model: &M,
         threshold: f64,
     ) -> f64 {
-        let Partition { layout, chunks, incoming, .. } = partition;
         let mut taken = 0.0;
-        let mut stencils: Option<((usize, usize), Stencils<R>)> = None;
-        for &(c, b, lane) in &self.suspects {
-            let block = &mut chunks[c].blocks[b];
-            if stencils.as_ref().is_none_or(|(place, _)| *place != (c, b)) {
-                stencils = Some(((c, b), Stencils::of(&block.places(), shape)));
+        let mut stencils: Option<(usize, Stencils<R>)> = None;
+        for &(b, lane) in suspects {
+            let block = &mut blocks[b];
+            if stencils.as_ref().is_none_or(|(place, _)| *place != b) {
+                stencils = Some((b, Stencils::of(&block.places(), shape)));
             }
             let Some((_, weights)) = &stencils else { continue };
             let node = node_of(block, lane);
@@ -194,12 +172,12 @@ impl LockingControl {
             taken += volume * fallen;
             // Eq. 11 of Ambati et al. (2011) with the change of stress, which is the same along every axis.
             let strength = -volume * (mean_stress(model, block, lane) - before) / layout.cell;
-            push::<R, D>(weights, (layout, &node), lane, strength, &mut incoming[c]);
+            push::<R, D>(weights, (layout, &node), lane, strength, deposits);
         }
         taken
     }
 
-    /// Volume strain (-) that the nodes around a point have on average.
+    /// Volume strain (-) that the nodes around a suspect have on average.
     #[inline(never)]
     fn around<R: Real, D: Dimension>(
         &self,
@@ -210,13 +188,64 @@ impl LockingControl {
     ) -> f64 {
         let mut around = 0.0;
         for_each_node::<D>(layout, node, |index, places| {
-            let Average { strain, volume, .. } = self.nodes[index];
-            // A node on which nothing but rounding lies has no say, and next to no weight.
-            if volume > 0.0 {
-                around += weights.weight::<D>(lane, &places) * strain / volume;
-            }
+            let average = self.averages[self.places[index] as usize - 1];
+            around += weights.weight::<D>(lane, &places) * average;
         });
         around
+    }
+}
+
+impl InChunk {
+    /// A point off by the threshold is itself strained by half of it, or its surroundings are: then it is they that
+    /// are brought back.
+    fn find_suspects<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
+        &mut self,
+        blocks: &[Block<R, D, M::State>],
+        model: &M,
+        strain: f64,
+    ) {
+        self.suspects.clear();
+        for (b, block) in blocks.iter().enumerate() {
+            let is_strained = |lane| (model.volume_ratio(&block.state, lane) - 1.0).abs() > strain;
+            let suspects = (0..BLOCK).filter(|&lane| is_strained(lane) && block.is_point(lane));
+            self.suspects.extend(suspects.map(|lane| (b, lane)));
+        }
+    }
+
+    /// Adds what the points of a block have on the nodes marked by `marks`; `ratio` gives volume ratios.
+    fn add_block<R: Real, D: Dimension, F: ShapeFunction<R>>(
+        &mut self,
+        marks: &[u32],
+        layout: &Layout,
+        points: &Places<'_, R, D>,
+        shape: &F,
+        ratio: &dyn Fn(usize) -> f64,
+    ) {
+        let mut weights = None;
+        // Sorted points share their nearest node with their neighbours.
+        let mut last = (D::vector(|_| i32::MIN), false);
+        for lane in points.points() {
+            let node = points.node_of(lane);
+            if node.as_ref() != last.0.as_ref() {
+                let mut is_near = false;
+                for_each_node::<D>(layout, &node, |index, _| is_near |= marks[index] != 0);
+                last = (node, is_near);
+            }
+            if !last.1 {
+                continue;
+            }
+            let weights = weights.get_or_insert_with(|| Stencils::of(points, shape));
+            let volume = points.volume[lane].to_f64();
+            let strain = ratio(lane) - 1.0;
+            for_each_node::<D>(layout, &node, |index, places| {
+                if let Some(place) = (marks[index] as usize).checked_sub(1) {
+                    let share = volume * weights.weight::<D>(lane, &places);
+                    let [strains, volumes] = &mut self.sums[place];
+                    *strains += share * strain;
+                    *volumes += share;
+                }
+            });
+        }
     }
 }
 

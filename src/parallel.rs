@@ -41,6 +41,11 @@ pub fn take_turns<T>(items: impl Iterator<Item = T> + Send, work: impl Fn(T) + S
     on_each(rayon::current_num_threads(), &take);
 }
 
+/// Runs `work` on each item, on the threads of the current pool or on this one.
+pub fn for_each<T>(items: impl Iterator<Item = T> + Send, parallel: bool, work: impl Fn(T) + Sync) {
+    if parallel { take_turns(items, work) } else { items.for_each(work) }
+}
+
 /// Runs `work` on so many threads of the current pool, as far as they are free.
 fn on_each(threads: usize, work: &(impl Fn() + Sync)) {
     if threads <= 1 {

@@ -16,6 +16,7 @@ use crate::chunk::Chunk;
 use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::grid::{FixedNodes, Layout, PencilRanges};
+use crate::parallel::for_each;
 use crate::parallel::take_turns;
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::Real;
@@ -109,6 +110,22 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         let blocks = self.chunks.iter().flat_map(|chunk| chunk.blocks.iter());
         blocks
             .flat_map(|block| (0..BLOCK).filter(|&lane| block.is_point(lane)).map(move |lane| (block, lane)))
+    }
+
+    /// Runs `work` on each chunk by number, with its deposits of the last substep, on the threads of the current pool or on this
+    /// one; gives the sum of its results in the order of the chunks.
+    pub fn sum_over_chunks(
+        &mut self,
+        parallel: bool,
+        work: impl Fn(&Layout, usize, &mut Chunk<R, D, S>, &mut NodeRun<R>) -> f64 + Sync,
+    ) -> f64 {
+        let mut sums = [0.0; MOST_CHUNKS];
+        let Partition { layout, chunks, incoming, .. } = self;
+        let items = chunks.iter_mut().zip(incoming).zip(&mut sums).enumerate();
+        for_each(items, parallel, |(number, ((chunk, deposits), sum))| {
+            *sum = work(layout, number, chunk, deposits);
+        });
+        sums.iter().sum()
     }
 
     /// Every point, those outside the active window last.

@@ -23,6 +23,7 @@
 //! Form of the effect: the pass over the points compares each one's velocity with the one with which it moves, and more is
 //! done, after the substep, only where they are further apart than σ_y/(ρ c).
 
+use crate::chunk::Chunk;
 use crate::dimension::Dimension;
 use crate::grid::{self, Layout};
 use crate::partition::Partition;
@@ -82,7 +83,7 @@ impl StrayVelocities {
     }
 
     /// Brings the strays that chunks have found back, and passes on what they had; gives their number and the kinetic
-    /// energy that this took (J).
+    /// energy that this took (J). With `parallel` on the threads of the current pool, with the same result.
     ///
     /// The deposits in `partition.incoming` must be those of the points as they are, and follow.
     pub fn bring_back<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>>(
@@ -90,8 +91,9 @@ impl StrayVelocities {
         partition: &mut Partition<R, D, S>,
         shape: &F,
         density: f64,
+        parallel: bool,
     ) -> (u64, f64) {
-        let Partition { layout, chunks, incoming, .. } = partition;
+        let Partition { layout, chunks, incoming, .. } = &*partition;
         let count = chunks.iter().map(|chunk| chunk.strays.len() as u64).sum();
         if count == 0 {
             return (0, 0.0);
@@ -107,19 +109,19 @@ impl StrayVelocities {
         for share in &mut self.shares {
             share.momentum = share.momentum.map(|momentum| momentum / share.mass);
         }
-        let mut taken = 0.0;
-        for (chunk, deposits) in chunks.iter_mut().zip(incoming) {
-            let mut strays = chunk.strays.iter().peekable();
-            for (b, block) in chunk.blocks.iter_mut().enumerate() {
-                if !self.reaches_block(&block.node.as_ref()[0]) {
-                    continue;
-                }
-                let own = std::iter::from_fn(|| strays.next_if(|stray| stray.block == b).copied());
-                let (node, offset, volume) = (&block.node, &block.offset, &block.volume);
-                let points = Places::<R, D> { node, offset, volume };
-                taken += self.give(layout, (&points, &mut block.velocity), shape, own, density, deposits);
-            }
-        }
+        let taken =
+            partition.sum_over_chunks(parallel, |layout, _, Chunk { blocks, strays, .. }, deposits| {
+                let mut strays = strays.iter().peekable();
+                let near = blocks.iter_mut().enumerate();
+                near.filter(|(_, block)| self.reaches_block(&block.node.as_ref()[0]))
+                    .map(|(b, block)| {
+                        let own = std::iter::from_fn(|| strays.next_if(|stray| stray.block == b).copied());
+                        let (node, offset, volume) = (&block.node, &block.offset, &block.volume);
+                        let points = Places::<R, D> { node, offset, volume };
+                        self.give(layout, (&points, &mut block.velocity), shape, own, density, deposits)
+                    })
+                    .sum()
+            });
         for share in self.shares.drain(..) {
             self.places[share.node] = 0;
         }

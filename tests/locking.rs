@@ -36,7 +36,7 @@ fn control_is_consistent<D: Dimension>() {
     let mut block = noisy_block::<D>(0.04);
     let (before, old) = (points(&block), deposits(&block));
     let mut control = LockingControl::default();
-    let taken = control.limit_deviations(&mut block.partition, &Gimp::new(2), &block.model);
+    let taken = control.limit_deviations(&mut block.partition, &Gimp::new(2), &block.model, false);
     let (after, now) = (points(&block), deposits(&block));
     let fallen = total(&before, elastic) - total(&after, elastic);
     println!("{} of {} J taken", taken, total(&before, elastic));
@@ -82,13 +82,13 @@ fn small_deviations_are_left_alone() {
     // Neighbours with noise of the other sign pull the average away by less than the noise.
     let mut block = noisy_block::<PlaneStrain>(0.5 * threshold);
     let before = points(&block);
-    let taken = control.limit_deviations(&mut block.partition, &Gimp::new(2), &block.model);
+    let taken = control.limit_deviations(&mut block.partition, &Gimp::new(2), &block.model, false);
     assert_eq!(taken, 0.0, "energy taken from deviations of half to all of the threshold");
     assert!(points(&block).iter().zip(&before).all(|(a, b)| a.report == b.report), "a point was changed");
 
     let mut block = noisy_block::<PlaneStrain>(0.04);
     block.model = common::steel(&common::never_yielding(steel_4340()));
-    let taken = control.limit_deviations(&mut block.partition, &Gimp::new(2), &block.model);
+    let taken = control.limit_deviations(&mut block.partition, &Gimp::new(2), &block.model, false);
     assert_eq!(taken, 0.0, "energy taken from a material that never yields");
 }
 
@@ -104,7 +104,7 @@ fn deviations_end_at_the_threshold() {
     let start = extreme(&block);
     let mut taken = vec![];
     for _ in 0..12 {
-        taken.push(control.limit_deviations(&mut block.partition, &Gimp::new(2), &block.model));
+        taken.push(control.limit_deviations(&mut block.partition, &Gimp::new(2), &block.model, false));
     }
     let threshold = 2.968_408_5 * ConstitutiveModel::<f64, PlaneStrain>::yield_volume_strain(&block.model);
     println!(

@@ -53,7 +53,7 @@ fn controls(times: usize) -> (usize, InstructionSet) {
     let mut solver = sheared::<f64, PlaneStrain>(FLAT);
     let mut control = LockingControl::default();
     for _ in 0..times {
-        control.limit_deviations(&mut solver.partition, &solver.shape, &solver.model);
+        control.limit_deviations(&mut solver.partition, &solver.shape, &solver.model, false);
     }
     (solver.points(), InstructionSet::detect())
 }

@@ -153,9 +153,6 @@ impl Simd for Counting {
         let [a, b, ..] = entries(quad);
         Vector::load(&[a, b, a, b])
     }
-    fn apart<K: Kernel<Counted>>(part: K) -> K::Output {
-        part.run::<Self>()
-    }
 }
 
 fn entries(vector: Array<Counted, 4>) -> [Counted; 4] {

@@ -19,6 +19,7 @@ use super::effects::ThermalEffect;
 use super::elasticity::Elasticity;
 use super::hardening::{Hardening, PowerLaw};
 use super::rate::RateEffect;
+use super::return_map::Return;
 use super::{ConstitutiveModel, PointReport, Totals};
 use crate::dimension::Dimension;
 use crate::points::{BLOCK, Column, PointState};
@@ -192,8 +193,21 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<
         if yields.any() {
             let strain = D::double_contraction(&increment.deviatoric_strain);
             let start = V::constant(1.5) * D::double_contraction(&turned);
-            let factor =
-                self.return_to_yield(state, lane, yields, [start, square], strain, dt, volume, totals);
+            let factor = V::apart(Return {
+                law: self,
+                lane,
+                plastic_strain: &mut state.plastic_strain,
+                yield_stress: &mut state.yield_stress,
+                jacobian: &mut state.jacobian,
+                thermal: &mut state.thermal,
+                damage: &mut state.damage,
+                yields,
+                squares: [start, square],
+                strain_square: strain,
+                dt,
+                volume,
+                totals,
+            });
             s = inlined!(D::deviator, |component| s[component] * factor);
             if self.thermal.expands() {
                 jacobian = V::load(&state.jacobian[lane..]);

@@ -17,10 +17,10 @@ use super::Totals;
 use super::damage::{DamageEffect, Yielding};
 use super::effects::ThermalEffect;
 use super::hardening::{Hardening, least};
-use super::johnson_cook::{JohnsonCook, State};
+use super::johnson_cook::JohnsonCook;
 use super::rate::{KnownReturn, KnownStrength, Nearby, RateEffect, Standing};
-use crate::dimension::Dimension;
-use crate::simd::{Mask, Real, Vector};
+use crate::points::Column;
+use crate::simd::{Kernel, Mask, Real, Simd, Vector};
 
 /// Most evaluations of the strength in one return. One or two suffice; a law steeper than 3μ, whose slope says little, takes up
 /// to 100.
@@ -29,42 +29,60 @@ const MAX_EVALUATIONS: usize = 120;
 /// How well the first guess solves for the rate (-): the strength at rest is not known better.
 const ROUGHLY: f64 = 0.3;
 
-impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageEffect<R>>
-    JohnsonCook<R, Q, T, H, G>
+/// A radial return of points `lane..`: their state, and what yields. A kernel of its own, as neither dimension nor shape function
+/// matters to it; it gives the factor on the deviator.
+pub(super) struct Return<'a, V: Vector, Q, T: ThermalEffect<V::Scalar>, H, G: DamageEffect<V::Scalar>> {
+    pub law: &'a JohnsonCook<V::Scalar, Q, T, H, G>,
+    pub lane: usize,
+    pub plastic_strain: &'a mut Column<V::Scalar>,
+    pub yield_stress: &'a mut Column<V::Scalar>,
+    pub jacobian: &'a mut Column<V::Scalar>,
+    pub thermal: &'a mut T::State,
+    pub damage: &'a mut G::State,
+    pub yields: V::Mask,
+    /// q² at the start and q²_trial (Pa²).
+    pub squares: [V; 2],
+    /// Δe : Δe of the substep (-), for the first guess of the rate.
+    pub strain_square: V,
+    /// Substep (s).
+    pub dt: V::Scalar,
+    /// Volume at the start (m3).
+    pub volume: V,
+    pub totals: &'a mut Totals<V>,
+}
+
+impl<V, Q, T, H, G> Kernel<V::Scalar> for Return<'_, V, Q, T, H, G>
+where
+    V: Vector,
+    Q: RateEffect<V::Scalar>,
+    T: ThermalEffect<V::Scalar>,
+    H: Hardening<V::Scalar>,
+    G: DamageEffect<V::Scalar>,
 {
-    /// Radial return of points `lane..` that yield; updates their state and returns the factor on the deviator.
-    ///
-    /// * `squares`: q² at the start and q²_trial (Pa²)
-    /// * `strain_square`: Δe : Δe of the substep (-), for the first guess of the rate
+    type Output = V;
+    // Away from most passes over the points.
+    const UNIT: usize = if V::Scalar::IS_SINGLE { 3 } else { 2 };
+
     #[inline(always)]
-    #[allow(clippy::too_many_arguments)] // A kernel takes each array as its own argument.
-    pub(super) fn return_to_yield<D: Dimension, V: Vector<Scalar = R>>(
-        &self,
-        state: &mut State<R, D, T::State, G::State>,
-        lane: usize,
-        yields: V::Mask,
-        squares: [V; 2],
-        strain_square: V,
-        dt: R,
-        volume: V,
-        totals: &mut Totals<V>,
-    ) -> V {
+    fn run<S: Simd<Scalar = V::Scalar>>(self) -> V {
+        let Return { law, lane, plastic_strain, yield_stress, jacobian, thermal, damage, .. } = self;
+        let Return { yields, squares, strain_square, dt, volume, totals, .. } = self;
         let zero = V::constant(0.0);
         let one = V::constant(1.0);
-        let three_mu = V::splat(self.elasticity.shear_modulus) * V::constant(3.0);
-        let old_strain = V::load(&state.plastic_strain[lane..]);
-        let at_rest = V::load(&state.yield_stress[lane..]);
+        let three_mu = V::splat(law.elasticity.shear_modulus) * V::constant(3.0);
+        let old_strain = V::load(&plastic_strain[lane..]);
+        let at_rest = V::load(&yield_stress[lane..]);
         // Lanes that do not yield solve a harmless problem of their own and are left out at the end.
         let q = V::select(yields, squares[1].sqrt(), at_rest.max(one));
         let steep = three_mu * V::constant(0.1);
         let (mut low, mut high) = (zero, q / three_mu);
         let known = [old_strain, at_rest, q];
-        let mut x = self.first_guess(known, high, steep, strain_square, dt, yields);
+        let mut x = law.first_guess(known, high, steep, strain_square, dt, yields);
 
-        let tolerance = V::constant(if R::IS_SINGLE { 1e-6 } else { 1e-12 }) * q;
+        let tolerance = V::constant(if V::Scalar::IS_SINGLE { 1e-6 } else { 1e-12 }) * q;
         // What parabolas, or lines for a law without second derivatives, miss is of the third, or second, order in the step
         // over the strain and over what has softened: below the tolerance with these.
-        let near = match (H::CURVES, R::IS_SINGLE) {
+        let near = match (H::CURVES, V::Scalar::IS_SINGLE) {
             (true, false) => 5e-5,
             (false, false) => 7e-7,
             (true, true) => 5e-3,
@@ -73,28 +91,28 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageE
         let near = V::constant(near);
         // A step over the increment so short that it arrives whatever the law; and one after which the rate, on known strength, is
         // solved.
-        let (tiny, near_rate) = if R::IS_SINGLE { (3e-4, 2e-2) } else { (1e-7, 1e-3) };
+        let (tiny, near_rate) = if V::Scalar::IS_SINGLE { (3e-4, 2e-2) } else { (1e-7, 1e-3) };
         let (tiny, near_rate) = (V::constant(tiny), V::constant(near_rate));
         let mut flow = q;
         let mut still = one;
         let mut last = V::constant(f64::MAX);
         for _ in 0..MAX_EVALUATIONS {
-            let rate = self.rate.factor(x, dt);
+            let rate = law.rate.factor(x, dt);
             let stress = q - three_mu * x;
-            let rise = self.thermal.rise(self.damage.carried(&state.damage, lane, stress * x));
-            let strength = self.hardening.strength(old_strain + x, &self.thermal, &state.thermal, lane, rise);
+            let rise = law.thermal.rise(law.damage.carried(damage, lane, stress * x));
+            let strength = law.hardening.strength(old_strain + x, &law.thermal, thermal, lane, rise);
             let (hardened, softening) = (strength.hardened, strength.softening);
             still = hardened * softening;
             flow = still * rate;
             let residual = stress - flow;
-            let closed = residual.abs().le(tolerance) | (high - low).le(V::splat(R::EPSILON) * high);
+            let closed = residual.abs().le(tolerance) | (high - low).le(V::splat(V::Scalar::EPSILON) * high);
             if (closed | !yields).all() {
                 break;
             }
             let too_small = residual.gt(zero);
             low = V::select(too_small, x, low);
             high = V::select(too_small, high, x);
-            let heat = |work| self.thermal.rise(self.damage.carried(&state.damage, lane, work));
+            let heat = |work| law.thermal.rise(law.damage.carried(damage, lane, work));
             let slope = strength.slope * softening
                 + hardened * strength.softening_slope * heat(stress - three_mu * x);
             let steepness = slope.mul_add(rate, three_mu);
@@ -109,8 +127,8 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageE
                 softening: [softening, strength.softening_slope, half(strength.softening_curvature)],
                 heating: [heat(stress - three_mu * x), heat(-three_mu)],
             };
-            let law = KnownReturn { trial: q, three_mu, strength: nearby, least: steep };
-            let (root, is_exact) = self.rate.solve(&law, (x, rate), dt, near_rate, yields);
+            let known = KnownReturn { trial: q, three_mu, strength: nearby, least: steep };
+            let (root, is_exact) = law.rate.solve(&known, (x, rate), dt, near_rate, yields);
             // Outside the bracket, or where steps go to and fro: the geometric mean, because the root may lie many orders
             // below the upper end.
             let stalls = residual.abs().gt(V::constant(0.5) * last);
@@ -141,33 +159,37 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageE
         let work = V::constant(0.5) * (start + flow) * x;
         let x = V::select(yields, x, zero);
         let work = V::select(yields, work.max(zero), zero);
-        (old_strain + x).store(&mut state.plastic_strain[lane..]);
-        V::select(yields, still, at_rest).store(&mut state.yield_stress[lane..]);
+        (old_strain + x).store(&mut plastic_strain[lane..]);
+        V::select(yields, still, at_rest).store(&mut yield_stress[lane..]);
         let yielding = Yielding {
             increment: x,
             work,
             flow,
-            jacobian: V::load(&state.jacobian[lane..]),
-            temperature: self.thermal.temperature_after(&state.thermal, lane, zero),
+            jacobian: V::load(&jacobian[lane..]),
+            temperature: law.thermal.temperature_after(thermal, lane, zero),
             dt,
             volume,
         };
-        let work = self.damage.grow(&mut state.damage, lane, &yielding, &self.elasticity, totals);
-        let rise = self.thermal.rise(work);
-        if self.thermal.expands() {
-            let before = V::load(&state.jacobian[lane..]);
-            let contraction = self.thermal.contraction(&state.thermal, lane, rise);
+        let work = law.damage.grow(damage, lane, &yielding, &law.elasticity, totals);
+        let rise = law.thermal.rise(work);
+        if law.thermal.expands() {
+            let before = V::load(&jacobian[lane..]);
+            let contraction = law.thermal.contraction(thermal, lane, rise);
             let after = before * contraction;
-            after.store(&mut state.jacobian[lane..]);
+            after.store(&mut jacobian[lane..]);
             // The energy's derivative by ln J is the mean stress.
-            let sum = self.elasticity.mean_stress(before) + self.elasticity.mean_stress(after);
+            let sum = law.elasticity.mean_stress(before) + law.elasticity.mean_stress(after);
             let stress = V::constant(0.5) * sum;
             totals.thermoelastic = (volume * stress).mul_add(one - contraction, totals.thermoelastic);
         }
-        self.thermal.heat(&mut state.thermal, lane, rise);
+        law.thermal.heat(thermal, lane, rise);
         V::select(yields, flow / q, one)
     }
+}
 
+impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageEffect<R>>
+    JohnsonCook<R, Q, T, H, G>
+{
     /// First guess of a return's increment (-): the whole strain increment, as in steady flow, or the excess over the strength at
     /// rest where that is less; then what the rate makes of the strength as it stands.
     ///

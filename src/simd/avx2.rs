@@ -284,6 +284,11 @@ macro_rules! vector {
                 // SAFETY: the array is as long as the register, whose load takes any alignment; AVX2 as above.
                 Self(unsafe { $reg::from_integers($reg::load_integers(from.as_ptr().cast())) })
             }
+            #[inline(always)]
+            fn apart<K: Kernel<$scalar>>(part: K) -> K::Output {
+                // SAFETY: these vectors exist within `run` alone, whose caller has found AVX2 and FMA.
+                unsafe { run::<$scalar, Avx2<$scalar>, K>(part) }
+            }
         }
 
         impl BitAnd for $mask {
@@ -424,12 +429,6 @@ impl Simd for Avx2<f64> {
     fn prefetch<T>(what: &T, part: usize, parts: usize) {
         prefetch(what, part, parts);
     }
-
-    #[inline(always)]
-    fn apart<K: Kernel<f64>>(part: K) -> K::Output {
-        // SAFETY: these vectors exist within `run` alone, whose caller has found AVX2 and FMA.
-        unsafe { run::<f64, Self, K>(part) }
-    }
 }
 
 impl Simd for Avx2<f32> {
@@ -492,11 +491,5 @@ impl Simd for Avx2<f32> {
     #[inline(always)]
     fn prefetch<T>(what: &T, part: usize, parts: usize) {
         prefetch(what, part, parts);
-    }
-
-    #[inline(always)]
-    fn apart<K: Kernel<f32>>(part: K) -> K::Output {
-        // SAFETY: these vectors exist within `run` alone, whose caller has found AVX2 and FMA.
-        unsafe { run::<f32, Self, K>(part) }
     }
 }

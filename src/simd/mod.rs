@@ -6,6 +6,7 @@
 //!
 //! * `portable`: plain arrays, for any processor, and the independent check of the next;
 //! * `avx2`: 256-bit registers with fused multiply-add, on x86-64 processors since 2013;
+//! * [`pair`]: two vectors as one, for work that waits for its own results;
 //! * [`math`]: exp, ln and pow of a whole vector, without branches or tables.
 //!
 //! All `unsafe` of the numerical code is in this folder. The vectors of `avx2` cannot be named outside it: a kernel
@@ -88,6 +89,7 @@ macro_rules! units {
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 pub mod math;
+pub mod pair;
 mod portable;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -244,6 +246,9 @@ pub trait Vector:
     fn store_i32(self, to: &mut [i32]);
     /// The first `LANES` integers of a slice, rounded to the precision at hand. Panics if there are fewer.
     fn load_i32(from: &[i32]) -> Self;
+
+    /// Runs a part of a kernel as a function of its own, with the vectors of the instruction set that this one belongs to.
+    fn apart<K: Kernel<Self::Scalar>>(part: K) -> K::Output;
 }
 
 /// Yes or no for each lane of a vector.
@@ -295,7 +300,10 @@ pub trait Simd: Copy + Send + Sync + 'static {
     fn prefetch<T>(_what: &T, _part: usize, _parts: usize) {}
 
     /// Runs a part of a kernel as a function of its own, which is compiled once for all kernels that share it.
-    fn apart<K: Kernel<Self::Scalar>>(part: K) -> K::Output;
+    #[inline(always)]
+    fn apart<K: Kernel<Self::Scalar>>(part: K) -> K::Output {
+        Self::Lanes::apart(part)
+    }
 }
 
 /// Work that is compiled once per instruction set.

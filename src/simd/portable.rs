@@ -170,6 +170,10 @@ impl<R: Real, const N: usize> Vector for Array<R, N> {
         let from: &[i32; N] = from.first_chunk().expect("at least as many integers as lanes");
         Self(each!(i < N => R::from_i32(from[i])))
     }
+    #[inline(always)]
+    fn apart<K: Kernel<R>>(part: K) -> K::Output {
+        R::run(InstructionSet::Portable, part)
+    }
 }
 
 impl<const N: usize> BitAnd for ArrayMask<N> {
@@ -247,11 +251,6 @@ macro_rules! simd {
             #[inline(always)]
             fn first_twice(Array([a, b, ..]): Self::Records) -> Self::Records {
                 Array([a, b, a, b])
-            }
-
-            #[inline(never)]
-            fn apart<K: Kernel<$scalar>>(part: K) -> K::Output {
-                part.run::<Self>()
             }
         }
     };

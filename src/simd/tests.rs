@@ -1,5 +1,6 @@
 //! The operations of vectors, masks and transposes, in every instruction set and precision.
 
+use super::pair::Pair;
 use super::*;
 
 /// Runs a check of vectors in every precision with every instruction set of this processor.
@@ -92,6 +93,7 @@ fn vectors_agree_with_a_loop_over_scalars() {
     fn check<S: Simd>() {
         every_operation_of_a_lane_is_that_of_a_scalar::<S::Lanes>();
         every_operation_of_a_lane_is_that_of_a_scalar::<S::Quad>();
+        every_operation_of_a_lane_is_that_of_a_scalar::<Pair<S::Lanes>>();
     }
     in_every_set!(check);
 }
@@ -160,6 +162,7 @@ fn masks_are_sets_of_lanes() {
     fn check<S: Simd>() {
         check_vector::<S::Lanes>();
         check_vector::<S::Quad>();
+        check_vector::<Pair<S::Lanes>>();
     }
     in_every_set!(check);
 }
@@ -169,11 +172,13 @@ fn masks_are_sets_of_lanes() {
 fn sums_fold_the_upper_half_onto_the_lower() {
     fn check_vector<V: Vector>() {
         let x = numbers::<V>(|lane| 1.0 / (lane as f64 + 0.7) - 0.4);
+        let at = |lane: usize| x[lane] + x[lane + 8];
         let want = match *x.as_slice() {
             [a, b] => a + b,
             [a, b, c, d] => (a + c) + (b + d),
             [a, b, c, d, e, f, g, h] => ((a + e) + (c + g)) + ((b + f) + (d + h)),
-            _ => panic!("{} lanes", V::LANES),
+            // Sixteen: halved once, they are eight.
+            [..] => ((at(0) + at(4)) + (at(2) + at(6))) + ((at(1) + at(5)) + (at(3) + at(7))),
         };
         assert_eq!(V::load(&x).sum(), want);
         for largest in 0..V::LANES {
@@ -185,6 +190,7 @@ fn sums_fold_the_upper_half_onto_the_lower() {
     fn check<S: Simd>() {
         check_vector::<S::Lanes>();
         check_vector::<S::Quad>();
+        check_vector::<Pair<S::Lanes>>();
     }
     in_every_set!(check);
 }
@@ -203,6 +209,16 @@ fn transposes_move_component_c_of_point_p_to_lane_p_of_vector_c() {
         S::store_transposed(columns, &mut to);
         assert_eq!(to[..4 * n], from[..4 * n]);
         assert_eq!(to[4 * n], -S::Scalar::ONE);
+
+        let from: Vec<S::Scalar> = (0..8 * n + 1).map(|i| S::Scalar::from_f64(i as f64)).collect();
+        let columns = pair::load_transposed::<S>(&from);
+        for (c, column) in columns.into_iter().enumerate() {
+            assert_eq!(lanes(column), (0..2 * n).map(|p| (4 * p + c) as f64).collect::<Vec<_>>());
+        }
+        let mut to = vec![-S::Scalar::ONE; 8 * n + 1];
+        pair::store_transposed::<S>(columns, &mut to);
+        assert_eq!(to[..8 * n], from[..8 * n]);
+        assert_eq!(to[8 * n], -S::Scalar::ONE);
     }
     in_every_set!(check);
 }
@@ -267,6 +283,7 @@ fn exponents_split_off_can_be_put_back() {
     fn check<S: Simd>() {
         check_vector::<S::Lanes>();
         check_vector::<S::Quad>();
+        check_vector::<Pair<S::Lanes>>();
     }
     in_every_set!(check);
 }

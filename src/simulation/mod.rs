@@ -339,22 +339,22 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
     }
 
     /// Brings velocities back that the grid cannot see; returns whether there are so many that the run may have gone wrong.
-    fn bring_back_strays(&mut self) -> bool {
+    fn bring_back_strays(&mut self, parallel: bool) -> bool {
         let density = self.model.density();
-        let (count, taken) = self.strays.bring_back(&mut self.partition, &self.shape, density);
+        let (count, taken) = self.strays.bring_back(&mut self.partition, &self.shape, density, parallel);
         self.progress.stray_velocities += count;
         self.progress.ledger.damping += taken;
         count > 0 && count as f64 > strays::SUSPICIOUS * self.points() as f64
     }
 
     /// Looks after volumetric locking each time the points have moved by the control's interval.
-    fn control_locking(&mut self) {
+    fn control_locking(&mut self, parallel: bool) {
         if let Some(control) = &mut self.locking_control
             && self.progress.travel_uncontrolled > locking::INTERVAL
         {
             self.progress.travel_uncontrolled = 0.0;
             self.progress.ledger.damping +=
-                control.limit_deviations(&mut self.partition, &self.shape, &self.model);
+                control.limit_deviations(&mut self.partition, &self.shape, &self.model, parallel);
         }
     }
 }
@@ -377,11 +377,11 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
         self.progress.clock += dt;
         self.progress.last_step = dt;
         self.progress.substeps += 1;
-        let is_suspicious = self.bring_back_strays();
+        let is_suspicious = self.bring_back_strays(parallel);
         if self.progress.travel > SORT_TRAVEL {
             self.sort(parallel);
         }
-        self.control_locking();
+        self.control_locking(parallel);
         self.conduct_heat(parallel);
         self.watch_energy(is_suspicious)
     }

@@ -12,6 +12,9 @@
 //! Sorted points share their stencil with their neighbours: it is looked up, and what they give is added to it, once for
 //! each run of a block's points with the same nearest node.
 //!
+//! Stage 3 treats two registers of points as one (`simd::pair`): a return to the yield surface waits for its own results, and another
+//! goes beside it in that time.
+//!
 //! Stages 2 and 4 treat one point at a time with all components of a node in one vector [vx, vy, Δvx, Δvy], because
 //! neighbouring points share nodes in no pattern that lasts; two neighbours that do share them, where a register holds two such
 //! vectors (single precision with AVX2). Sums over the stencil are nested: first along the
@@ -45,6 +48,7 @@ use crate::grid::Layout;
 use crate::material::{ConstitutiveModel, Totals};
 use crate::points::{BLOCK, Block, Column, PointState};
 use crate::shape::ShapeFunction;
+use crate::simd::pair::{Pair, load_transposed, store_transposed};
 use crate::simd::{Kernel, Mask, Real, Simd, Vector, each, inlined};
 use look::Differences;
 use moments::Affine;
@@ -98,6 +102,9 @@ pub struct PointsPass<'a, R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>> 
     pub look: Option<Look<'a>>,
 }
 
+/// The points that stage 3 updates at once.
+type Pairs<S> = Pair<<S as Simd>::Lanes>;
+
 /// The substep in the forms the stages need.
 struct Rates<R> {
     /// Δt (s).
@@ -127,11 +134,11 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
             density: R::from_f64(model.density()),
         };
         let mut scratch = Scratch::<R>::new();
-        let mut sums = LaneSums::<S::Lanes>::zero();
+        let mut sums = LaneSums::<Pairs<S>>::zero();
         deposit.clear();
         for b in 0..blocks.len() {
             let (block, ahead) = blocks[b..].split_first_mut().expect("b is below their number");
-            let parts = BLOCK / S::Lanes::LANES;
+            let parts = BLOCK / Pairs::<S>::LANES;
             let (node, offset) = (&block.node, &block.offset);
             let scratch = &mut scratch;
             let to_points = ToPoints::<R, D, F> { shape, nodes, layout, node, offset, scratch };
@@ -141,7 +148,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
                 S::apart(to_points)
             }
             for part in 0..parts {
-                let lane = part * S::Lanes::LANES;
+                let lane = part * Pairs::<S>::LANES;
                 update::<S, D, F, M>((shape, model), &rates, block, lane, scratch, &mut sums);
                 // A block's columns are too short for the processor to guess that they go on.
                 if let Some(next) = ahead.first() {
@@ -222,23 +229,23 @@ fn update<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, M: ConstitutiveMod
     block: &mut Block<S::Scalar, D, M::State>,
     lane: usize,
     scratch: &mut Scratch<S::Scalar>,
-    sums: &mut LaneSums<S::Lanes>,
+    sums: &mut LaneSums<Pairs<S>>,
 ) {
-    let zero = S::Lanes::constant(0.0);
-    let first = S::load_transposed(&scratch.values[0].as_flattened()[4 * lane..]);
+    let zero = Pairs::<S>::constant(0.0);
+    let first = load_transposed::<S>(&scratch.values[0].as_flattened()[4 * lane..]);
     let second = if D::QUADS == 1 {
         [first[2], first[3], zero, zero]
     } else {
-        S::load_transposed(&scratch.values[1].as_flattened()[4 * lane..])
+        load_transposed::<S>(&scratch.values[1].as_flattened()[4 * lane..])
     };
-    let volume = S::Lanes::load(&block.volume[lane..]);
-    let mass = volume * S::Lanes::constant(model.density());
+    let volume = Pairs::<S>::load(&block.volume[lane..]);
+    let mass = volume * Pairs::<S>::constant(model.density());
 
     // Eq. 17, and the energy of the increments for the ledger. With an affine field the grid's velocity is the point's, and
     // the ledger takes what that gains; without time nothing changes.
     let mut square = zero;
     for axis in 0..D::AXES {
-        let old = S::Lanes::load(&block.velocity[axis][lane..]);
+        let old = Pairs::<S>::load(&block.velocity[axis][lane..]);
         if M::State::IS_AFFINE && rates.dt > S::Scalar::ZERO {
             first[axis].store(&mut block.velocity[axis][lane..]);
             square += (first[axis] - old) * (first[axis] + old);
@@ -250,13 +257,13 @@ fn update<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, M: ConstitutiveMod
     sums.increment_energy = mass.mul_add(square, sums.increment_energy);
 
     // Eq. 16. A point that would leave the window of its nodes stays where it is, and the run stops with an error.
-    let limit = S::Lanes::constant(TRAVEL_LIMIT);
-    let per_cell = S::Lanes::splat(rates.per_cell);
-    let from_node = inlined!(D::vector, |axis| S::Lanes::load(&block.offset[axis][lane..]));
+    let limit = Pairs::<S>::constant(TRAVEL_LIMIT);
+    let per_cell = Pairs::<S>::splat(rates.per_cell);
+    let from_node = inlined!(D::vector, |axis| Pairs::<S>::load(&block.offset[axis][lane..]));
     for axis in 0..D::AXES {
         let travel = per_cell * first[axis];
         sums.travel = sums.travel.max(travel.abs());
-        let travel = S::Lanes::select(travel.abs().le(limit), travel, zero);
+        let travel = Pairs::<S>::select(travel.abs().le(limit), travel, zero);
         let moved = from_node[axis] + travel;
         let shift = moved.round();
         if (shift.abs().gt(zero)).any() {
@@ -267,16 +274,16 @@ fn update<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, M: ConstitutiveMod
 
     let mut h = D::matrix(|_, _| zero);
     for column in 0..D::AXES {
-        let slope = S::load_transposed(&scratch.gradients[column].as_flattened()[4 * lane..]);
+        let slope = load_transposed::<S>(&scratch.gradients[column].as_flattened()[4 * lane..]);
         for row in 0..D::AXES {
             h[row][column] = slope[row] * per_cell;
         }
         if M::State::IS_AFFINE && rates.dt > S::Scalar::ZERO {
             let [.., x, y] = slope;
-            moments::keep::<S, D, _>(block, lane, column, from_node[column], first, [x, y]);
+            moments::keep::<_, D, _>(block, lane, column, from_node[column], first, [x, y]);
         }
     }
-    let before = model.stress::<S::Lanes>(&block.state, lane);
+    let before = model.stress::<Pairs<S>>(&block.state, lane);
     // Without time nothing yields, not even stress that the rate effect holds above the flow stress at rest.
     let stress = if rates.dt > S::Scalar::ZERO {
         model.update(&mut block.state, lane, &h, rates.dt, volume, &mut sums.model)
@@ -292,10 +299,10 @@ fn update<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, M: ConstitutiveMod
     }
     sums.stress_lag = volume.mul_add(lag, sums.stress_lag);
 
-    let strength = -(volume * S::Lanes::splat(rates.inverse_cell));
+    let strength = -(volume * Pairs::<S>::splat(rates.inverse_cell));
     let rates_of_momentum = if M::State::IS_AFFINE {
-        let (rates, momentum) = moments::give::<S, D, F, _>(shape, block, lane, mass);
-        S::store_transposed(momentum, &mut scratch.momentum.as_flattened_mut()[4 * lane..]);
+        let (rates, momentum) = moments::give::<_, D, F, _>(shape, block, lane, mass);
+        store_transposed::<S>(momentum, &mut scratch.momentum.as_flattened_mut()[4 * lane..]);
         rates
     } else {
         [[zero; 2]; 2]
@@ -303,7 +310,7 @@ fn update<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, M: ConstitutiveMod
     for column in 0..D::AXES {
         // In the plane force follows momentum in the same record.
         let shift = if D::QUADS == 1 { 2 } else { 0 };
-        let force: [S::Lanes; 4] = each!(k < 4 => {
+        let force: [Pairs<S>; 4] = each!(k < 4 => {
             if k >= shift && k - shift < D::AXES {
                 strength * D::component(&stress, k - shift, column)
             } else if M::State::IS_AFFINE && k < 2 {
@@ -312,7 +319,7 @@ fn update<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, M: ConstitutiveMod
                 zero
             }
         });
-        S::store_transposed(force, &mut scratch.gradients[column].as_flattened_mut()[4 * lane..]);
+        store_transposed::<S>(force, &mut scratch.gradients[column].as_flattened_mut()[4 * lane..]);
     }
 }
 

@@ -58,13 +58,13 @@ pub(super) fn times_k<V: Vector>(weight: V, place: usize) -> V {
 /// * `from_node`: d before the points moved
 /// * `velocity`: the grid's at the points
 #[inline(always)]
-pub(super) fn keep<S: Simd, D: Dimension, T: PointState<S::Scalar>>(
-    block: &mut Block<S::Scalar, D, T>,
+pub(super) fn keep<V: Vector, D: Dimension, T: PointState<V::Scalar>>(
+    block: &mut Block<V::Scalar, D, T>,
     lane: usize,
     axis: usize,
-    from_node: S::Lanes,
-    velocity: [S::Lanes; 4],
-    about_node: [S::Lanes; 2],
+    from_node: V,
+    velocity: [V; 4],
+    about_node: [V; 2],
 ) {
     for row in 0..2 {
         let about_point = (-from_node).mul_add(velocity[row], about_node[row]);
@@ -75,25 +75,25 @@ pub(super) fn keep<S: Simd, D: Dimension, T: PointState<S::Scalar>>(
 /// What points `lane..` with a mass give to the nodes around their new places: m B D⁻¹ by axis, and the momentum
 /// m (v − B D⁻¹ d).
 #[inline(always)]
-pub(super) fn give<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, T: PointState<S::Scalar>>(
+pub(super) fn give<V: Vector, D: Dimension, F: ShapeFunction<V::Scalar>, T: PointState<V::Scalar>>(
     shape: &F,
-    block: &Block<S::Scalar, D, T>,
+    block: &Block<V::Scalar, D, T>,
     lane: usize,
-    mass: S::Lanes,
-) -> ([[S::Lanes; 2]; 2], [S::Lanes; 4]) {
-    let zero = S::Lanes::constant(0.0);
+    mass: V,
+) -> ([[V; 2]; 2], [V; 4]) {
+    let zero = V::constant(0.0);
     let mut rates = [[zero; 2]; 2];
     let mut momentum = [zero; 4];
     for row in 0..2 {
-        momentum[row] = mass * S::Lanes::load(&block.velocity[row][lane..]);
+        momentum[row] = mass * V::load(&block.velocity[row][lane..]);
     }
     for axis in 0..2 {
-        let d = S::Lanes::load(&block.offset[axis][lane..]);
+        let d = V::load(&block.offset[axis][lane..]);
         let [left, _, right] = shape.stencil(d).weights;
         // D = Σ w_k (k − d)² = w₋ + w₊ − d², since Σ w_k k = d. With GIMP it lies between a/2 and 1/4.
         let scale = mass / (-d).mul_add(d, left + right);
         for row in 0..2 {
-            rates[axis][row] = scale * S::Lanes::load(&block.state.moments()[2 * row + axis][lane..]);
+            rates[axis][row] = scale * V::load(&block.state.moments()[2 * row + axis][lane..]);
             momentum[row] = (-d).mul_add(rates[axis][row], momentum[row]);
         }
     }
