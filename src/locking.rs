@@ -20,6 +20,7 @@
 //! Form of the effect: an optional pass between substeps. Only points that are strained by half the threshold, and their
 //! neighbours, cost anything.
 
+use crate::chunk::Chunk;
 use crate::dimension::Dimension;
 use crate::grid::{Layout, Record, add_force};
 use crate::material::ConstitutiveModel;
@@ -94,7 +95,7 @@ impl LockingControl {
             self.average(&chunks);
             taken = partition.sum_over_chunks(parallel, |layout, number, chunk, deposits| {
                 let suspects = &chunks[number].suspects;
-                self.correct(layout, (&mut chunk.blocks, deposits), suspects, shape, model, threshold)
+                self.correct(layout, chunk, deposits, suspects, (shape, model), threshold)
             });
             for &node in &self.wanted {
                 self.places[node] = 0;
@@ -145,16 +146,16 @@ impl LockingControl {
     fn correct<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>>(
         &self,
         layout: &Layout,
-        (blocks, deposits): (&mut [Block<R, D, M::State>], &mut NodeRun<R>),
+        chunk: &mut Chunk<R, D, M::State>,
+        deposits: &mut NodeRun<R>,
         suspects: &[(usize, usize)],
-        shape: &F,
-        model: &M,
+        (shape, model): (&F, &M),
         threshold: f64,
     ) -> f64 {
         let mut taken = 0.0;
         let mut stencils: Option<(usize, Stencils<R>)> = None;
         for &(b, lane) in suspects {
-            let block = &mut blocks[b];
+            let block = &mut chunk.blocks[b];
             if stencils.as_ref().is_none_or(|(place, _)| *place != b) {
                 stencils = Some((b, Stencils::of(&block.places(), shape)));
             }

@@ -296,16 +296,19 @@ impl Forces {
     }
 }
 
-/// Without friction runs do not scatter, so each is judged by itself.
+/// Without friction runs do not scatter, so each is judged by itself. At 30,000 points a window of 2.25 feeds with the mass scaling of
+/// `fast` took another history, with a force 3 % lower: a fragment stayed under the flank.
 #[test]
 fn levels_keep_what_they_promise_without_friction() {
-    for (rake, feed) in [(0.0, 3e-4), (10.0, 3e-4), (0.0, 5e-4)] {
-        let exact = forces(COARSE, 0.0, rake, feed).judged();
+    for (spacing, rake, feed) in
+        [(COARSE, 0.0, 3e-4), (COARSE, 10.0, 3e-4), (COARSE, 0.0, 5e-4), (REFERENCE, 0.0, 3e-4)]
+    {
+        let exact = forces(spacing, 0.0, rake, feed).judged();
         for (speed, bounds) in BOUNDS {
-            let mut scene = scene(COARSE, 0.0, rake, feed);
+            let mut scene = scene(spacing, 0.0, rake, feed);
             scene.numerics.speed = speed;
             let level = cut(&scene).judged();
-            println!("{speed:?}, rake {rake}, feed {feed} m: {level:.4?}, exact {exact:.4?}");
+            println!("{speed:?}, {spacing} m, rake {rake}, feed {feed} m: {level:.4?}, exact {exact:.4?}");
             let excess = excess(exact, level, bounds);
             assert!(excess.iter().all(|&over| over <= 0.0), "{speed:?}: {level:?}, exact {exact:?}");
         }
