@@ -122,9 +122,9 @@ fn check_instructions(writes: bool) -> Outcome {
     for (kernel, &bound) in &committed.instructions_per_point {
         let count = per_point(kernel)?;
         let change = 100.0 * (count / bound - 1.0);
-        println!("{kernel:<28} {count:>14.1} {bound:>14.1}  {change:+.1} %");
+        println!("{kernel:<28} {count:>14.2} {bound:>14.2}  {change:+.1} %");
         if count > bound * (1.0 + tolerance) {
-            exceeding.push(format!("{kernel} {count:.1} instead of {bound:.1} ({change:+.1} %)"));
+            exceeding.push(format!("{kernel} {count:.2} instead of {bound:.2} ({change:+.1} %)"));
         } else if count < bound * (1.0 - tolerance) {
             println!("  fewer than committed: keep it with `cargo xtask bench --instructions --write`");
         }
@@ -134,7 +134,7 @@ fn check_instructions(writes: bool) -> Outcome {
         let head: String =
             text.lines().take_while(|line| line.starts_with('#')).map(|l| format!("{l}\n")).collect();
         let lines: String =
-            counted.iter().map(|(kernel, count)| format!("{kernel} = {count:.1}\n")).collect();
+            counted.iter().map(|(kernel, count)| format!("{kernel} = {count:.2}\n")).collect();
         let Committed { tolerance, tolerance_same_compiler, .. } = committed;
         let all = format!(
             "{head}tolerance = {tolerance}\ntolerance_same_compiler = {tolerance_same_compiler}\nrustc = \"{rustc}\"\n\n[instructions_per_point]\n{lines}"
