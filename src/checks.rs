@@ -1,5 +1,6 @@
 //! What a scene may not ask for: values that do not belong together, and what this version does not have.
 
+use crate::chip_tail::LEAST_REACH;
 use crate::dimension::{PlaneStrain, ThreeDimensional};
 use crate::error::Error;
 use crate::levels;
@@ -79,6 +80,7 @@ pub fn check(scene: &Scene) -> Result<Scene, Error> {
     check_contact(&resolved)?;
     check_affine(&resolved)?;
     check_smoothing(&resolved)?;
+    check_chip(&resolved)?;
     refuse_rare(&resolved)?;
     check_feed(&resolved, resolved.inputs.feed)?;
     Ok(resolved)
@@ -172,11 +174,7 @@ fn check_affine(scene: &Scene) -> Result<(), Error> {
 
 /// Refuses smoothed increments where nodes do not keep the masses that they share.
 fn check_smoothing(scene: &Scene) -> Result<(), Error> {
-    let numerics = &scene.numerics;
-    let fits = numerics.dimension == DimensionChoice::PlaneStrain
-        && numerics.shape_function == ShapeChoice::Gimp
-        && numerics.transfer == TransferChoice::Flip;
-    if fits || !numerics.smoothed_increments {
+    if scene.numerics.can_smooth() || !scene.numerics.smoothed_increments {
         return Ok(());
     }
     Err(Error::Inconsistent(
@@ -184,6 +182,18 @@ fn check_smoothing(scene: &Scene) -> Result<(), Error> {
          and numerics.transfer = flip only"
             .into(),
     ))
+}
+
+/// Refuses to integrate so little of the chip that the workpiece before the tool would be taken for it.
+fn check_chip(scene: &Scene) -> Result<(), Error> {
+    let above = scene.numerics.active_chip;
+    if above == 0.0 || above >= LEAST_REACH {
+        return Ok(());
+    }
+    Err(Error::Inconsistent(format!(
+        "numerics.active_chip = {above} is below {LEAST_REACH} feeds, so near the bulge of the workpiece before the tool that this may be taken for chip; \
+         0 integrates the whole chip"
+    )))
 }
 
 /// Refuses combinations of effects that no kernel is compiled for.

@@ -14,6 +14,7 @@
 
 use crate::affine::Affine;
 use crate::checks::cell;
+use crate::chip_tail::ChipTail;
 use crate::contact::{Contact, RigidTool};
 use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use crate::error::Error;
@@ -295,6 +296,8 @@ fn assemble<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, 
             height: scene.workpiece.height,
             walls: partition.fixed.clone(),
         }),
+        chip_tail: (scene.numerics.active_chip > 0.0)
+            .then_some(ChipTail { above: scene.numerics.active_chip, height: scene.workpiece.height }),
     };
     let mut simulation = Simulation::new(partition, (shape, model), tool, options);
     if scene.effects.heat == Heat::Conduction {

@@ -10,8 +10,8 @@
 //! | c | CPU time of a substep at rest (s) |
 //! | c₀ | the same with FLIP: what another transfer costs beyond it is in c, and nothing else of a run gets dearer by it |
 //! | n | substeps over the time T, from the first one's length Δt; ε as compressed metal carries sound faster |
-//! | a(s) | integrated area after the way s over that at the start: the active window fills, and the chip is always active |
-//! | w(s) | area of the chip over the area at the start: points that have yielded and do so again |
+//! | a(s) | integrated area after the way s over that at the start: the active window and the chip fill |
+//! | w(s) | area of the integrated chip over the area at the start: points that have yielded and do so again |
 //! | x | feed times spacing over the area at the start: points that touch the tool, over all |
 //! | κ | sorting, locking control, what yields before the tool |
 //!
@@ -19,6 +19,7 @@
 //! heat) at 40, 20 and 10 µm (docs/accuracy.md); they hold what else a run has and a substep at rest has not. A time of this
 //! machine under its present load is no part of a state, and the only output that two equal runs may differ in.
 
+use crate::chip_tail;
 use crate::composition;
 use crate::error::Error;
 use crate::scene::{Inputs, Scene, TransferChoice};
@@ -76,7 +77,7 @@ pub fn of_run(solver: &dyn Solver, scene: &Scene, inputs: &Inputs, duration: f64
     for k in 0..STATIONS {
         let way = (k as f64 + 0.5) / STATIONS as f64 * speed.max(0.0) * duration;
         let area = window::integrated_area(scene, inputs.feed, way);
-        let chip = inputs.feed * (way - scene.tool.initial_gap).clamp(0.0, scene.workpiece.length);
+        let chip = chip_tail::integrated_chip(scene, inputs.feed, way);
         load += (area * (cost + UPKEEP * plain) + YIELDING * chip * plain) / STATIONS as f64;
     }
     let cpu_seconds = solver.points() as f64 * substeps * load / start_area;

@@ -42,6 +42,8 @@ pub struct Partition<R: Real, D: Dimension, S> {
     pub fixed: Vec<FixedNodes>,
     /// Points outside the active window: in no chunk, and no substep moves them.
     pub frozen: Vec<Block<R, D, S>>,
+    /// Points of the chip's tail: in no chunk either; `chip_tail` moves them when points are sorted.
+    pub tail: Vec<Block<R, D, S>>,
     /// Lowest and highest pencil of each chunk's points when they were sorted; (1, 0) for a chunk without points.
     ends: Vec<(usize, usize)>,
     workspace: Workspace<R, D, S>,
@@ -98,6 +100,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             outgoing: vec![NodeRun::default(); count],
             fixed,
             frozen: Vec::new(),
+            tail: Vec::new(),
             ends: vec![(1, 0); count],
             workspace: Workspace::default(),
         };
@@ -107,9 +110,17 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
 
     /// Every point that substeps move, in memory order, with its block and lane.
     pub fn points(&self) -> impl Iterator<Item = (&Block<R, D, S>, usize)> {
-        let blocks = self.chunks.iter().flat_map(|chunk| chunk.blocks.iter());
-        blocks
-            .flat_map(|block| (0..BLOCK).filter(|&lane| block.is_point(lane)).map(move |lane| (block, lane)))
+        places(self.chunks.iter().flat_map(|chunk| chunk.blocks.iter()))
+    }
+
+    /// The points outside the active window.
+    pub fn frozen_points(&self) -> impl Iterator<Item = (&Block<R, D, S>, usize)> {
+        places(self.frozen.iter())
+    }
+
+    /// The points of the chip's tail, where they were when points were last sorted.
+    pub fn tail_points(&self) -> impl Iterator<Item = (&Block<R, D, S>, usize)> {
+        places(self.tail.iter())
     }
 
     /// Runs `work` on each chunk by number, with its deposits of the last substep, on the threads of the current pool or on this
@@ -126,15 +137,6 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             *sum = work(layout, number, chunk, deposits);
         });
         sums.iter().sum()
-    }
-
-    /// Every point, those outside the active window last.
-    pub fn all_points(&self) -> impl Iterator<Item = (&Block<R, D, S>, usize)> {
-        let frozen = self
-            .frozen
-            .iter()
-            .flat_map(|block| (0..BLOCK).filter(|&lane| block.is_point(lane)).map(move |lane| (block, lane)));
-        self.points().chain(frozen)
     }
 
     /// Sorts the points and arranges the grid around them. A point that stands at the domain's rim leaves it: it is
@@ -266,12 +268,13 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
     /// Everything that changes, as numbers: points in order, the layout, then the deposits that the next substep reads.
     pub fn bulk(&self) -> Bulk {
         let count: usize = self.chunks.iter().map(|chunk| chunk.blocks.len()).sum();
-        let all = count + self.frozen.len();
+        let all = count + self.frozen.len() + self.tail.len();
         let deposits: usize = self.incoming.iter().map(|run| size_of_val(run.records.as_slice())).sum();
         // Deposits of single precision take twice their size; the rest is exact enough to spare most reallocations.
         let mut bulk = Bulk::with_capacity(all * Self::bytes_per_block() + 2 * deposits + (1 << 16));
-        bulk.put_counts([count, self.frozen.len()]);
-        for block in self.chunks.iter().flat_map(|chunk| &chunk.blocks).chain(&self.frozen) {
+        bulk.put_counts([count, self.frozen.len(), self.tail.len()]);
+        let blocks = self.chunks.iter().flat_map(|chunk| &chunk.blocks);
+        for block in blocks.chain(&self.frozen).chain(&self.tail) {
             for k in 0..Block::<R, D, S>::columns() {
                 bulk.put_reals(block.column(k));
             }
@@ -302,13 +305,12 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
     /// `Error::DamagedState` when it does not fit this scene.
     pub fn restore(&mut self, reader: &mut BulkReader<'_>) -> Result<(), Error> {
         let damaged = BulkReader::damaged;
-        let (count, frozen) = (reader.count()?, reader.count()?);
+        let (count, frozen, tail) = (reader.count()?, reader.count()?, reader.count()?);
         // Checked before memory is asked for.
         let most = reader.left() / Self::bytes_per_block();
-        if count > most || frozen > most - count {
-            return Err(damaged());
-        }
-        let mut blocks = vec![Block::<R, D, S>::empty(); count + frozen];
+        let all = count.checked_add(frozen).and_then(|sum| sum.checked_add(tail));
+        let all = all.filter(|&all| all <= most).ok_or_else(damaged)?;
+        let mut blocks = vec![Block::<R, D, S>::empty(); all];
         for block in &mut blocks {
             for k in 0..Block::<R, D, S>::columns() {
                 for value in block.column_mut(k) {
@@ -344,6 +346,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             return Err(damaged());
         }
         self.layout.restore_offsets();
+        self.tail = blocks.split_off(count + frozen);
         self.frozen = blocks.split_off(count);
         self.share_out(blocks);
         self.arrange_chunks();
@@ -356,6 +359,13 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         }
         Ok(())
     }
+}
+
+/// The points of some blocks, each with its block and lane.
+fn places<'a, R: Real, D: Dimension + 'a, S: PointState<R> + 'a>(
+    blocks: impl Iterator<Item = &'a Block<R, D, S>>,
+) -> impl Iterator<Item = (&'a Block<R, D, S>, usize)> {
+    blocks.flat_map(|block| (0..BLOCK).filter(|&lane| block.is_point(lane)).map(move |lane| (block, lane)))
 }
 
 /// The blocks of chunk `k` of `count` when there are `total`.

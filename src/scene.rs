@@ -284,6 +284,8 @@ pub struct Numerics {
     pub inertia_error: f64,
     /// Reach of the active window ahead of the tool in feeds (-); 0 for no window.
     pub active_window: f64,
+    /// Height of the integrated chip above the tool's lowest point in feeds (-); 0 for the whole chip.
+    pub active_chip: f64,
     /// Whether points are moved and strained by smoothed increments.
     pub smoothed_increments: bool,
     /// A point on the front of accuracy against cost.
@@ -292,6 +294,15 @@ pub struct Numerics {
     pub threads: i32,
     /// Wall time a call may take (s); 0 for any.
     pub wall_time_limit: f64,
+}
+
+impl Numerics {
+    /// Whether increments can be smoothed: whether nodes keep the masses that they share (`smoothing`).
+    pub fn can_smooth(&self) -> bool {
+        self.dimension == DimensionChoice::PlaneStrain
+            && self.shape_function == ShapeChoice::Gimp
+            && self.transfer == TransferChoice::Flip
+    }
 }
 
 /// Files written while the scene runs.
@@ -416,6 +427,7 @@ impl Default for Scene {
                 mass_scaling: 1.0,
                 inertia_error: 0.005,
                 active_window: 0.0,
+                active_chip: 0.0,
                 smoothed_increments: false,
                 accuracy: Accuracy::Custom,
                 threads: 0,

@@ -1,11 +1,16 @@
 //! A simulation as the rest of the program sees it, whatever its effects, dimension and precision are.
 
 use crate::bulk::Bulk;
+use crate::chip_tail::TailMotion;
 use crate::contact::RigidTool;
+use crate::dimension::Dimension;
 use crate::error::Error;
+use crate::grid::Layout;
 use crate::heat::HeatTotals;
 use crate::ledger::Ledger;
 use crate::material::PointReport;
+use crate::points::{Block, PointState};
+use crate::simd::Real;
 use crate::window::Edges;
 use serde::{Deserialize, Serialize};
 
@@ -46,6 +51,8 @@ pub struct Progress {
     pub way_since_touch: f64,
     /// Where the active window stands, if there is one.
     pub window: Option<Edges>,
+    /// How the chip's tail moves; at rest before there is one.
+    pub tail: TailMotion,
     /// Factor on the mass (-).
     pub mass_factor: f64,
     /// Running totals.
@@ -78,6 +85,24 @@ pub struct PointView {
     pub mass: f64,
     /// Its material.
     pub report: PointReport,
+}
+
+impl PointView {
+    /// The point at a place in memory, where it is kept.
+    pub fn new<R: Real, D: Dimension, S: PointState<R>>(
+        block: &Block<R, D, S>,
+        lane: usize,
+        (layout, density): (&Layout, f64),
+        report: PointReport,
+    ) -> Self {
+        let (cells, volume) = (block.grid_position(lane), block.volume[lane].to_f64());
+        let (mut position, mut velocity) = ([0.0; 3], [0.0; 3]);
+        for axis in 0..D::AXES {
+            position[axis] = layout.origin[axis] + layout.cell * cells[axis];
+            velocity[axis] = block.velocity[axis][lane].to_f64();
+        }
+        PointView { id: block.id[lane], position, velocity, volume, mass: density * volume, report }
+    }
 }
 
 /// A simulation whose effects, dimension and precision are chosen.

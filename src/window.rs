@@ -1,7 +1,7 @@
 //! The active window: only material that the cut can reach is integrated, the rest stands still.
 //!
 //! ```text
-//!              chip (always active)
+//!              chip (active)
 //!            ╭──╮
 //!  ──────────┴┐ │█ tool
 //!  frozen │   └─┤█
@@ -15,13 +15,15 @@
 //! those that it has reached join in. Nodes that both kinds touch are held, like those of a wall.
 //!
 //! What is lost are the elastic give of the frozen material and waves through it; what the window costs in accuracy is
-//! measured in the README. Points above the workpiece's first surface are chip and never frozen.
+//! measured in the README. Points above the workpiece's first surface are chip, and `chip_tail` looks after those.
 //!
 //! Form of the effect: an optional pass when points are sorted; without it nothing is kept or done.
 
+use crate::chip_tail;
 use crate::contact::RigidTool;
 use crate::dimension::Dimension;
 use crate::grid::{FixedNodes, Layout};
+use crate::heap::Heap;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block, PointState};
 use crate::scene::Scene;
@@ -34,11 +36,12 @@ const BESIDE: f64 = 1.0 / 3.0;
 const SMALLEST: f64 = 24.0;
 
 /// Area (m2) that substeps integrate after the tool has cut a way `travel` (m) at `feed` (m): the window where it lies
-/// on the workpiece, and the chip; without a window the whole workpiece.
+/// on the workpiece, and the chip less its tail; without a window all of the workpiece that is not tail.
 pub fn integrated_area(scene: &Scene, feed: f64, travel: f64) -> f64 {
     let (length, height) = (scene.workpiece.length, scene.workpiece.height);
+    let chip = chip_tail::integrated_chip(scene, feed, travel);
     if scene.numerics.active_window == 0.0 {
-        return length * height;
+        return length * height - chip_tail::chip(scene, feed, travel) + chip;
     }
     let cell = scene.numerics.point_spacing * f64::from(scene.numerics.points_per_cell_edge);
     let reach = |feeds: f64| (feeds * feed).max(SMALLEST * cell);
@@ -47,7 +50,7 @@ pub fn integrated_area(scene: &Scene, feed: f64, travel: f64) -> f64 {
     let below = beside.min(height - feed);
     let in_front = ahead.min(length - cut) * (feed + below);
     let behind = beside.min(cut) * below;
-    in_front + behind + feed * cut
+    in_front + behind + chip
 }
 
 /// How large the window is and what it moves over.
@@ -158,46 +161,5 @@ impl ActiveWindow {
     pub fn hold<R: Real, D: Dimension, S>(&self, partition: &mut Partition<R, D, S>, edges: &Edges) {
         partition.fixed.clone_from(&self.walls);
         partition.fixed.extend(edges.fixed());
-    }
-}
-
-/// Points in no order, in blocks filled from the front.
-struct Heap<R: Real, D: Dimension, S> {
-    blocks: Vec<Block<R, D, S>>,
-    count: usize,
-}
-
-impl<R: Real, D: Dimension, S> Default for Heap<R, D, S> {
-    fn default() -> Self {
-        Heap { blocks: Vec::new(), count: 0 }
-    }
-}
-
-impl<R: Real, D: Dimension, S: PointState<R>> Heap<R, D, S> {
-    /// The points of blocks that a heap has filled.
-    fn of(blocks: Vec<Block<R, D, S>>) -> Self {
-        let last = blocks.last().map_or(0, |block| (0..BLOCK).filter(|&lane| block.is_point(lane)).count());
-        let count = blocks.len().saturating_sub(1) * BLOCK + last;
-        Heap { blocks, count }
-    }
-
-    fn push(&mut self, from: &Block<R, D, S>, lane: usize) {
-        if self.count == self.blocks.len() * BLOCK {
-            self.blocks.push(Block::empty());
-        }
-        self.blocks[self.count / BLOCK].copy_points(self.count % BLOCK, from, lane, 1);
-        self.count += 1;
-    }
-
-    /// Takes point `k` out; the last one takes its place.
-    fn remove(&mut self, k: usize) {
-        let last = self.count - 1;
-        let from = self.blocks[last / BLOCK].clone();
-        self.blocks[k / BLOCK].copy_points(k % BLOCK, &from, last % BLOCK, 1);
-        self.blocks[last / BLOCK].volume[last % BLOCK] = R::ZERO;
-        self.count = last;
-        if last.is_multiple_of(BLOCK) {
-            self.blocks.pop();
-        }
     }
 }

@@ -3,6 +3,7 @@
 //! What the levels together keep is tested beside the reference cut itself (`reference_cut.rs`); `docs/performance.md` has
 //! more frictions, feeds and rakes.
 
+use std::collections::HashMap;
 use swarf::scene::{Inputs, Precision, Scene};
 use swarf::session::{Advance, Session};
 
@@ -81,6 +82,84 @@ fn a_window_of_four_feeds_holds_a_third_of_the_points() {
     // 1.2 mm ahead, and 24 cells, more than a third of that, below the tool: 1.2 by 0.78 mm of 3 by 1 mm.
     let (active, expected) = (f64::from(session.outputs().active_points), 0.312 * 30_000.0);
     assert!((active / expected - 1.0).abs() < 0.05, "{active} points instead of {expected}");
+}
+
+/// The chip's tail goes about where it would have gone, and the force is the same within half a percent. Without friction, where runs
+/// do not scatter.
+///
+/// A chip that swings no tail around curls a little tighter: the tail ends 0.12 mm (3 cells) from where it ends in the cut that
+/// integrates all of the chip. Turned the other way it would be 0.7 mm off, left where it joined 1.3 mm.
+#[test]
+fn the_tail_goes_on_as_it_would_have() {
+    let mut scene = scene(2e-5, 0.0);
+    let whole = cut_and_look(&scene);
+    scene.numerics.active_chip = 2.0;
+    let short = cut_and_look(&scene);
+    let change = short.force / whole.force - 1.0;
+    println!("force {} and {} N: {:.2} %", whole.force, short.force, 1e2 * change);
+    assert!(change.abs() < 0.005, "the force changes by {change}");
+    assert_eq!(whole.active, 7500);
+    let tail = whole.ids_above(0.8e-3);
+    println!("{} points of tail are looked at; {} of 7,500 points move", tail.len(), short.active);
+    assert!(tail.len() > 100 && usize::try_from(short.active).unwrap() < 7500 - tail.len());
+    let apart = tail.iter().map(|id| {
+        let ([a, b], [c, d]) = (whole.positions[id], short.positions[id]);
+        (a - c).hypot(b - d)
+    });
+    let apart = apart.sum::<f64>() / tail.len() as f64;
+    println!("the tail stands {apart:.3e} m from where it would have been");
+    assert!(apart < 1.6e-4, "{apart} m");
+}
+
+/// A finished cut of 1.6 mm, and where its points are.
+struct Look {
+    /// Mean over 1.2 to 1.6 mm (N).
+    force: f64,
+    active: i32,
+    positions: HashMap<u32, [f64; 2]>,
+}
+
+impl Look {
+    /// Points higher than this above the machined surface (m).
+    fn ids_above(&self, height: f64) -> Vec<u32> {
+        let surface = 1e-3 - 3e-4;
+        let mut ids: Vec<u32> =
+            self.positions.iter().filter(|(_, at)| at[1] > surface + height).map(|(&id, _)| id).collect();
+        ids.sort_unstable();
+        ids
+    }
+}
+
+fn cut_and_look(scene: &Scene) -> Look {
+    let mut session = Session::new(scene, 0.0).expect("a good scene");
+    let mut force = 0.0;
+    for k in 1..=32 {
+        session.advance_to(f64::from(k) * STEP, &mut |_| true).expect("a stable run");
+        let o = session.outputs();
+        assert!(o.balance_error.abs() < 0.01, "{k} µs: ledger {}", o.balance_error);
+        assert_eq!(o.retired_points, 0, "{k} µs: points left");
+        if k > 24 {
+            force += o.cutting_force / 8.0;
+        }
+    }
+    let mut copy = Session::restore(&session.save()).expect("a saved state");
+    for session in [&mut copy, &mut session] {
+        session.advance_to(32.3 * STEP, &mut |_| true).expect("a stable run");
+    }
+    assert!(copy.save() == session.save(), "the restored state goes on otherwise");
+    let fields = session.point_fields();
+    assert_eq!(fields.id.len(), 7500, "every point is there, those of the tail too");
+    let positions = fields.id.iter().zip(&fields.position).map(|(&id, at)| (id, [at[0], at[1]])).collect();
+    Look { force, active: session.outputs().active_points, positions }
+}
+
+/// So little of the chip that the workpiece's bulge might be taken for it is refused, with what is allowed.
+#[test]
+fn too_short_a_chip_is_refused() {
+    let mut scene = scene(2e-5, 0.2);
+    scene.numerics.active_chip = 1.2;
+    let error = Session::new(&scene, 0.0).err().expect("refused").to_string();
+    assert!(error.contains("numerics.active_chip = 1.2 is below 2 feeds"), "{error}");
 }
 
 /// Automatic scaling follows a tool that slows down, and the ledger holds the kinetic energy that this moves. A saved

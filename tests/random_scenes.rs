@@ -121,6 +121,7 @@ fn effects(scene: Scene) -> impl Strategy<Value = Scene> {
         numerics.speed = speed;
         (numerics.courant, numerics.mass_scaling) = (numbers.0, numbers.1);
         numerics.active_window = if numbers.2 > 4.0 { numbers.2 } else { 0.0 };
+        numerics.active_chip = if (2.0..6.0).contains(&numbers.2) { numbers.2 } else { 0.0 };
         numerics.threads = numbers.3;
         // What must wait longer than this for a machine is not what is looked for here.
         numerics.wall_time_limit = 2.0;

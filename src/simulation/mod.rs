@@ -8,6 +8,7 @@ pub use options::Options;
 
 use crate::body_force::BodyForce;
 use crate::bulk::Bulk;
+use crate::chip_tail::TailMotion;
 use crate::chunk::{Chunk, ChunkSums, Substep};
 use crate::contact::RigidTool;
 use crate::dimension::Dimension;
@@ -108,6 +109,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             touches: [false; 2],
             way_since_touch: 0.0,
             window: None,
+            tail: TailMotion::at_rest(0.0),
             mass_factor: 1.0,
             ledger: Ledger::default(),
             heat: HeatTotals::default(),
@@ -306,12 +308,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         let (model, ledger) = (&self.model, &mut self.progress.ledger);
         let density = model.density();
         let true_density = density / self.progress.mass_factor;
-        if let Some(window) = &self.options.window {
-            let edges = window.edges(&self.tool, &self.partition.layout);
-            window.freeze_and_thaw(&mut self.partition, &edges);
-            self.progress.window = Some(edges);
-        }
-        let retire = |block: &Block<R, D, M::State>, lane: usize| {
+        let mut retire = |block: &Block<R, D, M::State>, lane: usize| {
             let volume = block.volume[lane].to_f64();
             let square: f64 = (0..D::AXES).map(|axis| block.velocity[axis][lane].to_f64().powi(2)).sum();
             let report = model.report(&block.state, lane);
@@ -320,6 +317,17 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             ledger.retired_energy += volume * (0.5 * density * square + report.elastic_energy);
             ledger.retired_heat += volume * report.heat;
         };
+        if let Some(window) = &self.options.window {
+            let edges = window.edges(&self.tool, &self.partition.layout);
+            window.freeze_and_thaw(&mut self.partition, &edges);
+            self.progress.window = Some(edges);
+        }
+        if let Some(chip_tail) = &self.options.chip_tail {
+            let tool = (self.tool.position[1], self.progress.contact_reach);
+            let now = self.progress.clock;
+            self.progress.tail =
+                chip_tail.follow(&mut self.partition, tool, (self.progress.tail, now), &mut retire);
+        }
         self.partition.sort(retire, parallel);
         self.progress.travel = 0.0;
         self.touching.note_sort();
@@ -434,22 +442,16 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
     }
 
     fn visit_points(&self, visit: &mut dyn FnMut(&PointView)) {
-        let layout = &self.partition.layout;
-        let density = self.model.density();
-        for (block, lane) in self.partition.all_points() {
-            let cells = block.grid_position(lane);
-            let mut view = PointView {
-                id: block.id[lane],
-                position: [0.0; 3],
-                velocity: [0.0; 3],
-                volume: block.volume[lane].to_f64(),
-                mass: density * block.volume[lane].to_f64(),
-                report: self.model.report(&block.state, lane),
-            };
-            for axis in 0..D::AXES {
-                view.position[axis] = layout.origin[axis] + layout.cell * cells[axis];
-                view.velocity[axis] = block.velocity[axis][lane].to_f64();
-            }
+        let (layout, density) = (&self.partition.layout, self.model.density());
+        let view = |(block, lane): (&Block<R, D, M::State>, usize)| {
+            PointView::new(block, lane, (layout, density), self.model.report(&block.state, lane))
+        };
+        let frozen = self.partition.frozen_points();
+        self.partition.points().chain(frozen).map(view).for_each(|view| visit(&view));
+        for mut view in self.partition.tail_points().map(view) {
+            let [x, y, z] = view.position;
+            let [x, y] = self.progress.tail.carry([x, y], self.progress.clock);
+            view.position = [x, y, z];
             visit(&view);
         }
     }

@@ -1,5 +1,6 @@
 //! What a simulation is told beside its scene's bodies: numbers, and which optional passes run.
 
+use crate::chip_tail::ChipTail;
 use crate::contact::Contact;
 use crate::inertia::MassScaling;
 use crate::simd::InstructionSet;
@@ -24,4 +25,6 @@ pub struct Options {
     pub mass_scaling: Option<MassScaling>,
     /// Active window, if the scene names it.
     pub window: Option<ActiveWindow>,
+    /// Where the chip's tail begins, if the scene names it.
+    pub chip_tail: Option<ChipTail>,
 }

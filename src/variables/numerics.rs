@@ -62,7 +62,7 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1308,
         name: "numerics.speed",
-        description: "how much accuracy is traded for speed: sets precision, Courant number, active window and mass scaling where they stand at their start values",
+        description: "how much accuracy is traded for speed: sets precision, Courant number, active window and chip, mass scaling and smoothed increments where they stand at their start values",
         kind: choice_parameter!(enumerations::SPEED, Speed, numerics.speed),
     },
     Variable {
@@ -106,6 +106,12 @@ pub(super) static PARAMETERS: &[Variable] = &[
         name: "numerics.smoothed_increments",
         description: "points are moved and strained by velocities whose increments are smoothed over the masses that nodes share: stable up to twice the Courant number",
         kind: Kind::Boolean(parameter!(numerics.smoothed_increments)),
+    },
+    Variable {
+        reference: 1316,
+        name: "numerics.active_chip",
+        description: "height of the integrated chip above the tool's lowest point in feeds, more where it touches the tool further up; what is higher moves on as a rigid body on which nothing acts; at least 2, or 0 for the whole chip",
+        kind: real(&ONE, "", [0.0, 1000.0], Some(3.0), parameter!(numerics.active_chip)),
     },
     Variable {
         reference: 1450,

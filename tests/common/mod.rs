@@ -217,6 +217,7 @@ impl Lattice {
                 locking_control: false,
                 mass_scaling: None,
                 window: None,
+                chip_tail: None,
             },
         )
     }

@@ -154,6 +154,7 @@ impl Arena {
             locking_control: self.locking_control,
             mass_scaling: None,
             window: None,
+            chip_tail: None,
         };
         let partition = Partition::new(layout, self.fixed.clone(), blocks);
         Simulation::new(partition, (shape, model), tool, options)
