@@ -20,7 +20,7 @@
 //!
 //! What it takes away is what damps: points that pass from cell to cell feed waves, and with plain increments the part 1 − P of
 //! each increment is lost to the waves again. An elastic bar in flight stays quiet at 50 m/s and not at 100 (docs/hard-cases.md),
-//! and a chip of 120,000 points takes more plastic strain (docs/performance.md). So smoothing is for whoever asks for it.
+//! and a chip of 120,000 points takes more plastic strain (docs/performance.md). So smoothing is for `fast`, and for whoever asks for it.
 //!
 //! Points gain Δv as ever, so momentum, contact and its impulses do not change. What the stress does not do on Δv − P′Δv, nor
 //! impulses J of contact, is an entry of the ledger's damping: Σ m Δv·P′Δv in the place of Σ m |Δv|², and Σ J·(Δv − P′Δv).

@@ -7,6 +7,7 @@ mod common;
 mod counts;
 mod cuts;
 mod effects;
+mod flatness;
 mod flops;
 mod named;
 mod peak;

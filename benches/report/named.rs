@@ -3,6 +3,7 @@
 //! Whole cuts take minutes: without `--full` they run with points four times as far apart, to see that they run.
 
 use crate::cuts::{Plan, compare, compare_means};
+use crate::flatness::flatness;
 use crate::phases::median;
 use cpu_time::ProcessTime;
 use serde_json::{Value, json};
@@ -21,7 +22,7 @@ pub struct Named {
 }
 
 /// All measurements.
-pub const NAMED: [Named; 8] = [
+pub const NAMED: [Named; 9] = [
     Named {
         name: "step-rate",
         about: "the first microsecond of the paper's cut, 120,000 points: point-steps per CPU second, two threads over one",
@@ -31,6 +32,11 @@ pub const NAMED: [Named; 8] = [
         name: "paper-cut",
         about: "the paper's cut, 120,000 points, 2 mm, at each level of speed",
         run: paper_cut,
+    },
+    Named {
+        name: "flatness",
+        about: "what a point costs from 7,500 to 1,200,000 points, one thread, the same yielding block at every size",
+        run: flatness,
     },
     Named {
         name: "levels",
