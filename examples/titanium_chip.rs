@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     scene.numerics.point_spacing = 5e-6;
     scene.numerics.speed = Speed::Fast;
     // A Courant number of one's own keeps `fast` from smoothing increments, which blurs bands; and all of the chip is integrated.
-    (scene.numerics.courant, scene.numerics.active_chip) = (0.54, 1000.0);
+    (scene.numerics.courant, scene.numerics.active_chip) = (0.53, 1000.0);
     let mut travel = 0.8e-3;
     for word in words {
         let (name, value) = word.split_once('=').ok_or("NAME=VALUE is wanted")?;
