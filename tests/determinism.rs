@@ -165,9 +165,26 @@ fn threads_do_not_change_the_state() {
         "too few points for two threads: {}",
         two.outputs().active_points
     );
-    let two = two.save();
-    // The saved scenes differ in `numerics.threads` alone.
-    let differing = one.iter().zip(&two).filter(|(a, b)| a != b).count();
+    assert_states_differ_in_threads_alone(&one, &two.save());
+}
+
+/// Nor do they change the chip's tail, which follows a sum over the points below it.
+#[test]
+fn threads_do_not_change_the_tail() {
+    let mut one = scene();
+    one.numerics.active_chip = 2.0;
+    // 1.5 mm of travel.
+    one.inputs.tool_velocity = 200.0;
+    let mut two = one.clone();
+    two.numerics.threads = 2;
+    let two = run(session(&two), 7.3e-6);
+    let (active, all) = (two.outputs().active_points as usize, two.point_fields().id.len());
+    assert!(active >= 10_000 && active + 200 < all, "{active} of {all} points move: the tail is too short");
+    assert_states_differ_in_threads_alone(&run(session(&one), 7.3e-6).save(), &two.save());
+}
+
+fn assert_states_differ_in_threads_alone(one: &[u8], two: &[u8]) {
+    let differing = one.iter().zip(two).filter(|(a, b)| a != b).count();
     assert_eq!(one.len(), two.len());
     assert!(
         differing <= 5,

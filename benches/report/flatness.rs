@@ -1,4 +1,5 @@
-//! What a point costs in scenes of few and of many points: the same block at every size, so that equally many yield.
+//! What a point costs in scenes of few and of many points: the same block at every size. How many points yield after the same
+//! number of substeps differs, and is stated.
 //!
 //! Sizes are measured in turn, so that a busy neighbour meets all of them.
 
@@ -13,7 +14,7 @@ use swarf::simulation::Solver;
 
 /// Cells of the blocks, four points in each: 7,500 to 1,199,536 points.
 const SIZES: [[i32; 3]; 4] = [[75, 25, 1], [150, 50, 1], [300, 100, 1], [949, 316, 1]];
-/// Substeps of a sample, from the block's start on: a sort lies among them, and in the smallest block the band still yields.
+/// Substeps of a sample, from the block's start on: in these the fastest points move by half a cell, which is one sort.
 const SUBSTEPS: usize = 150;
 const ROUNDS: usize = 5;
 
