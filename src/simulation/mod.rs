@@ -337,13 +337,13 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
     }
 
     /// By how much (m/s) a point's velocity may differ from its nodes' at the end of this substep, if it is time to look: each
-    /// time the points have moved by the interval of `strays`.
+    /// time the points have moved by the interval of `strays`. With scaled mass it is the bound of the true density.
     fn stray_bound(&mut self) -> Option<f64> {
         if self.progress.travel_unseen <= strays::INTERVAL {
             return None;
         }
         self.progress.travel_unseen = 0.0;
-        Some(self.model.yield_speed()).filter(|bound| bound.is_finite())
+        Some(self.model.yield_speed() * self.progress.mass_factor.sqrt()).filter(|bound| bound.is_finite())
     }
 
     /// Brings velocities back that the grid cannot see; returns whether there are so many that the run may have gone wrong.
