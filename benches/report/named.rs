@@ -201,7 +201,7 @@ fn ordinary(coarsening: f64, fifths: i32) -> Plan {
 }
 
 fn steel_1045(coarsening: f64) -> Value {
-    json!(compare([None, Some(0.005), Some(0.0025)].into_iter().flat_map(|share| {
+    json!(compare([None, Some(0.005), Some(0.002)].into_iter().flat_map(|share| {
         (0..5).map(move |fifths| {
             let mut plan = ordinary(coarsening, fifths);
             let numerics = &mut plan.scene.numerics;
