@@ -72,8 +72,8 @@ fn scaled_mass_adds_the_momentum_it_should() {
     assert!((1.9..2.05).contains(&ratio), "{ratio} times fewer substeps");
 }
 
-/// Scaling leaves the guard on stray velocities where it is without: velocities that true density would let pass pass. With the limit
-/// of the scaled density 1,221 were brought back here, which drags on the tool's face.
+/// The guard on stray velocities lets those pass that it would let pass without scaling. With the limit of the scaled density it brought
+/// back 1,221 here, which drags on the tool's face.
 #[test]
 fn scaled_mass_does_not_lower_the_limit_of_strays() {
     let mut scene = scene(2e-5, 0.6);

@@ -337,7 +337,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
     }
 
     /// By how much (m/s) a point's velocity may differ from its nodes' at the end of this substep, if it is time to look: each
-    /// time the points have moved by the interval of `strays`. With scaled mass it is the bound of the true density.
+    /// time the points have moved by the interval of `strays`. With scaled mass it is the bound of
+    /// the true density: σ_y/(ρ c) goes with the inverse root of ρ.
     fn stray_bound(&mut self) -> Option<f64> {
         if self.progress.travel_unseen <= strays::INTERVAL {
             return None;
