@@ -24,13 +24,36 @@ pub struct Array<R, const N: usize>([R; N]);
 #[derive(Clone, Copy, Debug)]
 pub struct ArrayMask<const N: usize>([bool; N]);
 
+/// The array of one expression for each of its `N` lanes, one, two or four, written out.
+///
+/// Not `each!`: kernels hold thousands of these, and the time that the compiler takes for a function grows with the square of its loops.
+macro_rules! lanes {
+    ($nothing:expr, $index:ident => $entry:expr) => {{
+        const { assert!(N == 1 || N == 2 || N == 4) };
+        let mut entries = [$nothing; N];
+        lanes!(@ entries, 0, $index => $entry);
+        if N > 1 {
+            lanes!(@ entries, 1, $index => $entry);
+        }
+        if N == 4 {
+            lanes!(@ entries, 2, $index => $entry);
+            lanes!(@ entries, 3, $index => $entry);
+        }
+        entries
+    }};
+    (@ $entries:ident, $lane:literal, $index:ident => $entry:expr) => {
+        let $index: usize = $lane;
+        $entries[$index] = $entry;
+    };
+}
+
 macro_rules! operator {
     ($operator:ident, $function:ident, $assign:ident, $assign_function:ident) => {
         impl<R: Real, const N: usize> $operator for Array<R, N> {
             type Output = Self;
             #[inline(always)]
             fn $function(self, o: Self) -> Self {
-                Self(each!(i < N => $operator::$function(self.0[i], o.0[i])))
+                Self(lanes!(R::ZERO, i => $operator::$function(self.0[i], o.0[i])))
             }
         }
         impl<R: Real, const N: usize> $assign for Array<R, N> {
@@ -50,7 +73,7 @@ impl<R: Real, const N: usize> Neg for Array<R, N> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self(each!(i < N => -self.0[i]))
+        Self(lanes!(R::ZERO, i => -self.0[i]))
     }
 }
 
@@ -83,7 +106,7 @@ impl<R: Real, const N: usize> Vector for Array<R, N> {
 
     #[inline(always)]
     fn splat(x: R) -> Self {
-        Self([x; N])
+        Self(lanes!(R::ZERO, _i => x))
     }
     #[inline(always)]
     fn load(from: &[R]) -> Self {
@@ -99,43 +122,43 @@ impl<R: Real, const N: usize> Vector for Array<R, N> {
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        Self(each!(i < N => self.0[i].sqrt()))
+        Self(lanes!(R::ZERO, i => self.0[i].sqrt()))
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        Self(each!(i < N => self.0[i].abs()))
+        Self(lanes!(R::ZERO, i => self.0[i].abs()))
     }
     #[inline(always)]
     fn min(self, o: Self) -> Self {
-        Self(each!(i < N => self.0[i].min(o.0[i])))
+        Self(lanes!(R::ZERO, i => self.0[i].min(o.0[i])))
     }
     #[inline(always)]
     fn max(self, o: Self) -> Self {
-        Self(each!(i < N => self.0[i].max(o.0[i])))
+        Self(lanes!(R::ZERO, i => self.0[i].max(o.0[i])))
     }
     #[inline(always)]
     fn round(self) -> Self {
-        Self(each!(i < N => self.0[i].round()))
+        Self(lanes!(R::ZERO, i => self.0[i].round()))
     }
     #[inline(always)]
     fn lt(self, o: Self) -> ArrayMask<N> {
-        ArrayMask(each!(i < N => self.0[i] < o.0[i]))
+        ArrayMask(lanes!(false, i => self.0[i] < o.0[i]))
     }
     #[inline(always)]
     fn le(self, o: Self) -> ArrayMask<N> {
-        ArrayMask(each!(i < N => self.0[i] <= o.0[i]))
+        ArrayMask(lanes!(false, i => self.0[i] <= o.0[i]))
     }
     #[inline(always)]
     fn gt(self, o: Self) -> ArrayMask<N> {
-        ArrayMask(each!(i < N => self.0[i] > o.0[i]))
+        ArrayMask(lanes!(false, i => self.0[i] > o.0[i]))
     }
     #[inline(always)]
     fn ge(self, o: Self) -> ArrayMask<N> {
-        ArrayMask(each!(i < N => self.0[i] >= o.0[i]))
+        ArrayMask(lanes!(false, i => self.0[i] >= o.0[i]))
     }
     #[inline(always)]
     fn select(mask: ArrayMask<N>, yes: Self, no: Self) -> Self {
-        Self(each!(i < N => if mask.0[i] { yes.0[i] } else { no.0[i] }))
+        Self(lanes!(R::ZERO, i => if mask.0[i] { yes.0[i] } else { no.0[i] }))
     }
     #[inline(always)]
     fn sum(self) -> R {
@@ -151,24 +174,21 @@ impl<R: Real, const N: usize> Vector for Array<R, N> {
     }
     #[inline(always)]
     fn split_exponent(self) -> (Self, Self) {
-        let (mut mantissa, mut exponent) = ([R::ZERO; N], [R::ZERO; N]);
-        for i in 0..N {
-            (mantissa[i], exponent[i]) = self.0[i].split_exponent();
-        }
-        (Self(mantissa), Self(exponent))
+        let split = lanes!((R::ZERO, R::ZERO), i => self.0[i].split_exponent());
+        (Self(lanes!(R::ZERO, i => split[i].0)), Self(lanes!(R::ZERO, i => split[i].1)))
     }
     #[inline(always)]
     fn scale_exponent(self, k: Self) -> Self {
-        Self(each!(i < N => self.0[i].scale_exponent(k.0[i])))
+        Self(lanes!(R::ZERO, i => self.0[i].scale_exponent(k.0[i])))
     }
     #[inline(always)]
     fn store_i32(self, to: &mut [i32]) {
-        *to.first_chunk_mut().expect("at least as many places as lanes") = each!(i < N => self.0[i].to_i32());
+        *to.first_chunk_mut().expect("at least as many places as lanes") = lanes!(0, i => self.0[i].to_i32());
     }
     #[inline(always)]
     fn load_i32(from: &[i32]) -> Self {
         let from: &[i32; N] = from.first_chunk().expect("at least as many integers as lanes");
-        Self(each!(i < N => R::from_i32(from[i])))
+        Self(lanes!(R::ZERO, i => R::from_i32(from[i])))
     }
     #[inline(always)]
     fn apart<K: Kernel<R>>(part: K) -> K::Output {
@@ -180,21 +200,21 @@ impl<const N: usize> BitAnd for ArrayMask<N> {
     type Output = Self;
     #[inline(always)]
     fn bitand(self, o: Self) -> Self {
-        Self(each!(i < N => self.0[i] & o.0[i]))
+        Self(lanes!(false, i => self.0[i] & o.0[i]))
     }
 }
 impl<const N: usize> BitOr for ArrayMask<N> {
     type Output = Self;
     #[inline(always)]
     fn bitor(self, o: Self) -> Self {
-        Self(each!(i < N => self.0[i] | o.0[i]))
+        Self(lanes!(false, i => self.0[i] | o.0[i]))
     }
 }
 impl<const N: usize> Not for ArrayMask<N> {
     type Output = Self;
     #[inline(always)]
     fn not(self) -> Self {
-        Self(each!(i < N => !self.0[i]))
+        Self(lanes!(false, i => !self.0[i]))
     }
 }
 impl<const N: usize> Mask for ArrayMask<N> {

@@ -113,7 +113,7 @@ fn check_instructions(writes: bool) -> Outcome {
     let text = process::read(&path)?;
     let committed: Committed = toml::from_str(&text).map_err(|e| format!("'{}': {e}", path.display()))?;
     let rustc = rustc_version()?;
-    process::run(counted().arg("--no-run"))?;
+    process::run(counted()?.arg("--no-run"))?;
     let tolerance =
         if rustc == committed.rustc { committed.tolerance_same_compiler } else { committed.tolerance };
     let mut counted = BTreeMap::new();
@@ -166,7 +166,7 @@ fn per_point(kernel: &str) -> Outcome<f64> {
 
 /// Points of a kernel's scene, and instructions of the whole program.
 fn count(kernel: &str, times: u32) -> Outcome<(f64, f64)> {
-    let (printed, instructions) = under_callgrind(counted(), &["count", kernel, &times.to_string()])?;
+    let (printed, instructions) = under_callgrind(counted()?, &["count", kernel, &times.to_string()])?;
     let words: Vec<&str> = printed.split_whitespace().collect();
     let ["points", points, "instructions", set] = words[..] else {
         return Err(format!("'{kernel}' printed '{printed}' under callgrind"));
@@ -205,11 +205,11 @@ pub fn report() -> Command {
     process::cargo(&["bench", "--package", "swarf", "--bench", "report"])
 }
 
-/// The same program as the tests are built, with debug assertions: counts that guard need no build of their own.
-fn counted() -> Command {
-    let mut command = tests();
+/// The same program in the build of the tests: counts that guard need no build of their own.
+fn counted() -> Outcome<Command> {
+    let mut command = tests()?;
     command.args(["--bench", "report"]);
-    command
+    Ok(command)
 }
 
 fn committed_path() -> PathBuf {

@@ -38,7 +38,7 @@ pub fn run(arguments: &[&str]) -> Outcome {
     }
     if cases.is_empty() {
         let tools = setup::prepare()?;
-        let mut command = tests();
+        let mut command = tests()?;
         command.args(["--test", "random_scenes"]);
         if !is_short {
             command.env("PROPTEST_CASES", SCENES);

@@ -12,21 +12,29 @@ use zip::write::SimpleFileOptions;
 
 use crate::setup::Zig;
 use crate::windows::{self, Windows};
-use crate::{Outcome, documentation, portable, process, root, target};
+use crate::{Outcome, documentation, portable, process, root, target, test};
 
 /// How a library is built.
 pub enum Kind<'a> {
     /// For this machine as it is.
     Plain,
+    /// Taken from the build that the tests run on, which saves one of two builds of all kernels. The linker leaves out what the tests
+    /// add; the symbols stay.
+    Tested,
     /// For Linux with an older C library, too.
     Portable(&'a Zig),
     /// For Windows, from Linux.
     Windows(&'a Windows),
 }
 
-/// Builds the FMU for this machine as it is and gives its path; what `cut` and `test` use.
+/// Builds the FMU for this machine as it is and gives its path.
 pub fn build() -> Outcome<PathBuf> {
     build_with(&[Kind::Plain], &[])
+}
+
+/// Packages the library that the tests have been built with, and gives the FMU's path.
+pub fn build_tested() -> Outcome<PathBuf> {
+    build_with(&[Kind::Tested], &[])
 }
 
 /// Builds the FMU and gives its path.
@@ -58,7 +66,9 @@ pub fn build_with(kinds: &[Kind], others: &[&str]) -> Outcome<PathBuf> {
     files.insert("documentation/licenses/THIRD-PARTY.txt".into(), third_party_licences()?.into_bytes());
     for kind in kinds {
         let (place, suffix) = kind.platform()?;
-        println!("xtask: building the FMU's library for {place}");
+        if !matches!(kind, Kind::Tested) {
+            println!("xtask: building the FMU's library for {place}");
+        }
         files.insert(format!("binaries/{place}/swarf{suffix}"), library(kind, suffix)?);
     }
     for other in others {
@@ -87,9 +97,10 @@ impl Kind<'_> {
         }
     }
 
-    /// Its build folder, a cargo command, and where below the folder the library ends up.
-    fn cargo(&self, arguments: &[&str]) -> (PathBuf, std::process::Command, PathBuf) {
+    /// Its build folder, a cargo command unless it is built already, and where below the folder the library ends up.
+    fn cargo(&self, arguments: &[&str]) -> (PathBuf, Option<std::process::Command>, PathBuf) {
         let (name, command, place) = match self {
+            Kind::Tested => return (test::folder(), None, PathBuf::from("release/deps")),
             Kind::Plain => ("fmu", process::cargo(arguments), PathBuf::from("release")),
             Kind::Portable(zig) => {
                 ("fmu-portable", zig.cargo(arguments), Path::new(portable::TARGET).join("release"))
@@ -98,7 +109,7 @@ impl Kind<'_> {
                 ("fmu-windows", windows.cargo(arguments), Path::new(windows::TARGET).join("release"))
             }
         };
-        (target().join(name), command, place)
+        (target().join(name), Some(command), place)
     }
 }
 
@@ -125,34 +136,31 @@ fn take_over(files: &mut BTreeMap<String, Vec<u8>>, other: &Path) -> Outcome {
 
 /// Builds the library and gives its bytes, free of this machine's paths.
 fn library(kind: &Kind, suffix: &str) -> Outcome<Vec<u8>> {
-    let paths = machine_paths()?;
     // `cargo rustc --crate-type` builds the library alone: beside an rlib, cargo would leave out link-time optimisation.
     let arguments = ["rustc", "--release", "--package", "swarf", "--lib", "--crate-type", "cdylib"];
-    let (build_folder, mut command, place) = kind.cargo(&arguments);
-    command.arg("--target-dir").arg(&build_folder).args(["--config", "profile.release.strip=\"symbols\""]);
-    let mut flags: Vec<String> = paths
-        .iter()
-        .map(|(path, neutral)| format!("--remap-path-prefix={}={neutral}", path.display()))
-        .collect();
-    if let Ok(own) = std::env::var("RUSTFLAGS") {
-        flags.extend(own.split_whitespace().map(String::from));
+    let (build_folder, command, place) = kind.cargo(&arguments);
+    if let Some(mut command) = command {
+        command
+            .arg("--target-dir")
+            .arg(&build_folder)
+            .args(["--config", "profile.release.strip=\"symbols\""]);
+        map_paths(&mut command)?;
+        if let Kind::Windows(_) = kind {
+            let exports = windows::write_exports(&build_folder)?;
+            command.arg("--").arg(format!("-Clink-arg={}", exports.display()));
+        }
+        process::run(&mut command)?;
     }
-    command.env_remove("RUSTFLAGS").env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
-    if let Kind::Windows(_) = kind {
-        let exports = windows::write_exports(&build_folder)?;
-        command.arg("--").arg(format!("-Clink-arg={}", exports.display()));
-    }
-    process::run(&mut command)?;
     let prefix = if suffix == ".dll" { "" } else { "lib" };
     let path = build_folder.join(place).join(format!("{prefix}swarf{suffix}"));
     let library = bytes(&path)?;
     match kind {
-        Kind::Plain if cfg!(target_os = "linux") => portable::check_symbols(&path, None)?,
-        Kind::Plain => {}
+        Kind::Plain | Kind::Tested if cfg!(target_os = "linux") => portable::check_symbols(&path, None)?,
+        Kind::Plain | Kind::Tested => {}
         Kind::Portable(_) => portable::check_symbols(&path, Some(portable::GLIBC))?,
         Kind::Windows(_) => windows::check_library(&path)?,
     }
-    for (path, _) in &paths {
+    for (path, _) in &machine_paths()? {
         let text = path.display().to_string();
         if let Some(at) = find(&library, text.as_bytes()) {
             let rest = &library[at..library.len().min(at + 120)];
@@ -162,6 +170,18 @@ fn library(kind: &Kind, suffix: &str) -> Outcome<Vec<u8>> {
         }
     }
     Ok(library)
+}
+
+/// Lets a cargo command write neutral names for this machine's paths into what it builds.
+pub fn map_paths(command: &mut std::process::Command) -> Outcome {
+    let mut flags: Vec<String> = (machine_paths()?.iter())
+        .map(|(path, neutral)| format!("--remap-path-prefix={}={neutral}", path.display()))
+        .collect();
+    if let Ok(own) = std::env::var("RUSTFLAGS") {
+        flags.extend(own.split_whitespace().map(String::from));
+    }
+    command.env_remove("RUSTFLAGS").env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
+    Ok(())
 }
 
 /// Folders of this machine that a build may leave in a library, the longest last (the last match counts for rustc).

@@ -1,13 +1,11 @@
 //! `cargo xtask test`: every check of the project, all run even where one fails, with the time each took.
 
+use std::path::PathBuf;
 use std::process::Command;
 use std::time::Instant;
 
 use crate::setup::Tools;
-use crate::{Outcome, aarch64, describe, package, process, root, setup};
-
-/// Checks of the physics run optimised, with debug assertions.
-pub const OPTIMISED: [&str; 3] = ["--release", "--config", "profile.release.debug-assertions=true"];
+use crate::{Outcome, aarch64, describe, package, process, root, setup, target};
 
 /// Runs all stages.
 ///
@@ -23,10 +21,14 @@ pub fn run() -> Outcome {
         process::run(ready(&tools)?.apply(&mut process::cargo(&arguments)))
     });
     stages.run("check for aarch64", aarch64::check);
-    let fmu = stages.run("package", package::build);
+    let built = stages.run("build", || process::run(ready(&tools)?.apply(tests()?.arg("--no-run"))));
+    let fmu = stages.run("package", || {
+        built.ok_or("nothing was built")?;
+        package::build_tested()
+    });
     stages.run("unit and integration tests", || {
         fmu.as_ref().ok_or("no FMU was packaged")?;
-        process::run(ready(&tools)?.apply(tests().arg("--no-fail-fast")))
+        process::run(ready(&tools)?.apply(tests()?.arg("--no-fail-fast")))
     });
     // By the program that the tests have just built.
     stages.run("generated texts", describe::check_built);
@@ -48,13 +50,22 @@ pub fn run() -> Outcome {
 
 /// `cargo test` for all packages at once, since another choice of packages would build the library with all its kernels
 /// anew; arguments can be added.
-pub fn tests() -> Command {
-    let mut command = process::cargo(&["test", "--features", "swarf/study"]);
+///
+/// Optimised as what ships, so that the FMU of the tests is linked from the same build, in a folder of its own: a library that
+/// was built otherwise would take the place of this one.
+pub fn tests() -> Outcome<Command> {
+    let mut command = process::cargo(&["test", "--release", "--features", "swarf/study"]);
     for package in ["swarf", "xtask", "swarf-master"] {
         command.args(["--package", package]);
     }
-    command.args(OPTIMISED);
-    command
+    command.arg("--target-dir").arg(folder());
+    package::map_paths(&mut command)?;
+    Ok(command)
+}
+
+/// What the tests are built in.
+pub fn folder() -> PathBuf {
+    target().join("tests")
 }
 
 fn ready(tools: &Option<Tools>) -> Outcome<&Tools> {

@@ -8,7 +8,6 @@ use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::test::OPTIMISED;
 use crate::{Outcome, portable, process, root, setup, target, windows::Windows};
 
 /// Largest difference of an output between the two systems, as a share of it: their C libraries may round a sine or a
@@ -54,7 +53,7 @@ pub fn run(arguments: &[&str]) -> Outcome {
     compare(&here, &there)?;
     if with_tests {
         let mut tests = tools.cargo(&["test", "--package", "swarf", "--no-fail-fast"]);
-        tests.args(TESTS).args(OPTIMISED).arg("--target-dir").arg(target().join("wine-tests"));
+        tests.args(TESTS).args(["--release", "--target-dir"]).arg(target().join("wine-tests"));
         tests.env("CARGO_TARGET_X86_64_PC_WINDOWS_GNULLVM_RUNNER", &wine);
         process::run(in_wine(&mut tests, &folder))?;
     }
