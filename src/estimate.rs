@@ -35,8 +35,10 @@ const UPKEEP: f64 = 0.03;
 const YIELDING: f64 = 4.3;
 /// Cost of contact for a feed of points, over that of these points at rest (-): ζ.
 const CONTACT: f64 = 132.0;
-/// CPU time of a calibration (s); there are two at most, and larger scenes are calibrated on a coarser copy.
+/// Longest CPU time of a calibration (s); there are two at most, and larger scenes are calibrated on a coarser copy.
 const CALIBRATION: f64 = 0.08;
+/// Share of a run that its calibration may take (-), so that hundreds of small ones are not held up by their estimates.
+const CALIBRATION_SHARE: f64 = 0.01;
 /// Substeps that are timed together: the cheapest batch counts, as the others were disturbed by what else the machine does.
 const BATCH: usize = 4;
 /// Most points of the calibration: a hundred thousand make 3 ms a substep, and no longer fit any cache.
@@ -64,13 +66,13 @@ pub fn of_run(solver: &dyn Solver, scene: &Scene, inputs: &Inputs, duration: f64
     copy.scale_mass(speed.abs());
     // A coarser copy has longer substeps, in proportion to its cells.
     let substeps = duration / (copy.time_step(&drive) / coarseness(scene)) * (1.0 + MORE_SUBSTEPS);
-    let cost = cost_at_rest(copy.as_mut())?;
+    let cost = cost_at_rest(copy.as_mut(), substeps)?;
     let plain = if scene.numerics.transfer == TransferChoice::Flip {
         cost
     } else {
         let mut plain = scene.clone();
         plain.numerics.transfer = TransferChoice::Flip;
-        cost_at_rest(coarser(&plain)?.as_mut())?
+        cost_at_rest(coarser(&plain)?.as_mut(), substeps)?
     };
     let start_area = window::integrated_area(scene, inputs.feed, 0.0).max(f64::MIN_POSITIVE);
     let mut load = plain * CONTACT * inputs.feed * scene.numerics.point_spacing;
@@ -106,8 +108,8 @@ fn coarser(scene: &Scene) -> Result<Box<dyn Solver>, Error> {
     composition::build(&coarse)
 }
 
-/// CPU time of a substep at rest for each point (s).
-fn cost_at_rest(solver: &mut dyn Solver) -> Result<f64, Error> {
+/// CPU time of a substep at rest for each point (s), for a run of so many substeps.
+fn cost_at_rest(solver: &mut dyn Solver, substeps: f64) -> Result<f64, Error> {
     let drive = Drive { velocity: [0.0; 2], friction: 0.0 };
     // The first brings the copy into the cache.
     solver.step(&drive, false)?;
@@ -120,7 +122,7 @@ fn cost_at_rest(solver: &mut dyn Solver) -> Result<f64, Error> {
         }
         let after = begin.elapsed();
         cheapest = cheapest.min((after - before) / BATCH as f64);
-        if after > CALIBRATION {
+        if after > CALIBRATION.min(CALIBRATION_SHARE * substeps * cheapest) {
             return Ok(cheapest / solver.points() as f64);
         }
     }
