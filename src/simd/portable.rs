@@ -26,7 +26,8 @@ pub struct ArrayMask<const N: usize>([bool; N]);
 
 /// The array of one expression for each of its `N` lanes, one, two or four, written out.
 ///
-/// Not `each!`: kernels hold thousands of these, and the time that the compiler takes for a function grows with the square of its loops.
+/// Not `each!`: kernels hold thousands of these, and the compiler took three times as long for a kernel with so many loops
+/// (docs/performance.md, building). `$nothing` is what fills the array before; a constant, since anything else fills it in a loop.
 macro_rules! lanes {
     ($nothing:expr, $index:ident => $entry:expr) => {{
         const { assert!(N == 1 || N == 2 || N == 4) };
@@ -47,6 +48,7 @@ macro_rules! lanes {
     };
 }
 
+/// One operator of an array and its assigning twin.
 macro_rules! operator {
     ($operator:ident, $function:ident, $assign:ident, $assign_function:ident) => {
         impl<R: Real, const N: usize> $operator for Array<R, N> {

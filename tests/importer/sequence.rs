@@ -33,7 +33,7 @@ impl Draw<'_> {
 }
 
 /// Times and steps (s), most of them wrong.
-const TIMES: [f64; 9] = [0.0, 2e-7, 5e-8, 1e-12, -1e-6, f64::NAN, f64::INFINITY, 1e300, 5e-324];
+const TIMES: [f64; 9] = [0.0, 1e-6, 2e-7, 1e-12, -1e-6, f64::NAN, f64::INFINITY, 1e300, 5e-324];
 /// Factors on a variable's usual size, and values without it.
 const FACTORS: [f64; 6] = [1.0, 0.9, 1.1, 0.5, 0.0, -1.0];
 const NUMBERS: [i32; 8] = [0, 1, 2, 3, 4, -1, i32::MAX, i32::MIN];

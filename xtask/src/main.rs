@@ -42,7 +42,8 @@ cargo xtask COMMAND
   hard-cases [--short] [--write] [CASE]...
             the hard cases (or those of these numbers or names), and two thousand random scenes: table in target/hard-cases
             --short   as in the tests, seconds each           --write   put the table into docs/hard-cases.md
-  test      formatting, clippy, unit, integration and FMU tests, pytest with FMPy
+  test      formatting, clippy, unit, integration and FMU tests, pytest with FMPy; leaves their own build as target/swarf.fmu, with
+            symbols: `package` makes the one to give away
   package [--portable] [--windows] [--with OTHER.fmu]...
             build target/swarf.fmu; for a release always with --portable --windows
             --portable   the library needs glibc 2.17 at most (zig and cargo-zigbuild from PyPI, 100 MB)

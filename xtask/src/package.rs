@@ -18,8 +18,8 @@ use crate::{Outcome, documentation, portable, process, root, target, test};
 pub enum Kind<'a> {
     /// For this machine as it is.
     Plain,
-    /// Taken from the build that the tests run on, which saves one of two builds of all kernels. The linker leaves out what the tests
-    /// add; the symbols stay.
+    /// Taken from the build that the tests run on, which saves one of two builds of all kernels: for tests, not to be given away. The
+    /// linker leaves out nearly all of what feature `study` adds; the symbols stay.
     Tested,
     /// For Linux with an older C library, too.
     Portable(&'a Zig),
@@ -66,9 +66,6 @@ pub fn build_with(kinds: &[Kind], others: &[&str]) -> Outcome<PathBuf> {
     files.insert("documentation/licenses/THIRD-PARTY.txt".into(), third_party_licences()?.into_bytes());
     for kind in kinds {
         let (place, suffix) = kind.platform()?;
-        if !matches!(kind, Kind::Tested) {
-            println!("xtask: building the FMU's library for {place}");
-        }
         files.insert(format!("binaries/{place}/swarf{suffix}"), library(kind, suffix)?);
     }
     for other in others {
@@ -134,12 +131,13 @@ fn take_over(files: &mut BTreeMap<String, Vec<u8>>, other: &Path) -> Outcome {
     Ok(())
 }
 
-/// Builds the library and gives its bytes, free of this machine's paths.
+/// Builds the library, unless the tests have, and gives its bytes, free of this machine's paths.
 fn library(kind: &Kind, suffix: &str) -> Outcome<Vec<u8>> {
     // `cargo rustc --crate-type` builds the library alone: beside an rlib, cargo would leave out link-time optimisation.
     let arguments = ["rustc", "--release", "--package", "swarf", "--lib", "--crate-type", "cdylib"];
     let (build_folder, command, place) = kind.cargo(&arguments);
     if let Some(mut command) = command {
+        println!("xtask: building the FMU's library for {}", kind.platform()?.0);
         command
             .arg("--target-dir")
             .arg(&build_folder)
