@@ -11,7 +11,7 @@ use swarf::simulation::Drive;
 use swarf::tool_shape::ToolShape;
 
 /// Share of the block that yields at first (-): that of a cut.
-const BAND: f64 = 0.07;
+pub const BAND: f64 = 0.07;
 /// Shear rate in the band (1/s), as in a chip's shear zone at 50 m/s.
 const RATE: f64 = 2e5;
 /// The tool cuts at 50 m/s.
@@ -36,26 +36,27 @@ pub fn scene(cells: [i32; 3]) -> (Lattice, RigidTool) {
 }
 
 /// Vertical velocity (m/s) and shear stress (Pa) at `x` (m): the stress is the shear yield stress everywhere, hence
-/// balanced, and only the band in the middle shears on.
-fn state_at(x: f64, length: f64) -> (f64, f64) {
-    let into_band = (x - 0.5 * (1.0 - BAND) * length).clamp(0.0, BAND * length);
+/// balanced, and only the band in the middle, that share of the length, shears on.
+fn state_at(x: f64, length: f64, band: f64) -> (f64, f64) {
+    let into_band = (x - 0.5 * (1.0 - band) * length).clamp(0.0, band * length);
     (RATE * into_band, steel_4340().yield_stress / 3.0_f64.sqrt())
 }
 
 /// The block as a simulation.
 pub fn sheared<R: Real, D: Dimension>(cells: [i32; 3]) -> BlockIn<R, D, Gimp<R>> {
-    block(cells, 1.0)
+    block(cells, 1.0, BAND)
 }
 
-/// The block with some share of the sheared one's velocity and stress; with none it rests and nothing yields.
-pub fn block<R: Real, D: Dimension>(cells: [i32; 3], share: f64) -> BlockIn<R, D, Gimp<R>> {
+/// The block with some share of the sheared one's velocity and stress, and a band that takes so much of its length; with no
+/// share it rests and nothing yields.
+pub fn block<R: Real, D: Dimension>(cells: [i32; 3], share: f64, band: f64) -> BlockIn<R, D, Gimp<R>> {
     let (mut lattice, tool) = scene(cells);
     if D::AXES == 2 {
         lattice.domain[2] = 1;
     }
     let length = f64::from(cells[0]) * lattice.cell;
     lattice.build_in(&steel_4340(), Gimp::new(2), tool, |x, state: &mut StateIn<R, D>, lane| {
-        let (velocity, shear) = state_at(x[0], length);
+        let (velocity, shear) = state_at(x[0], length, band);
         state.deviator[D::DEVIATOR - 1][lane] = R::from_f64(share * shear);
         [0.0, share * velocity, 0.0]
     })
@@ -67,7 +68,7 @@ pub fn sheared_plain(cells: [i32; 3]) -> ReferenceLoop {
     let length = f64::from(cells[0]) * lattice.cell;
     let mut plain = ReferenceLoop::new(&lattice, &steel_4340(), tool);
     for p in 0..plain.points.count() {
-        let (velocity, shear) = state_at(plain.points.x[p], length);
+        let (velocity, shear) = state_at(plain.points.x[p], length, BAND);
         plain.points.vy[p] = velocity;
         plain.points.sxy[p] = shear;
     }

@@ -1,9 +1,12 @@
-//! What a point costs in scenes of few and of many points: the same block at every size. How many points yield after the same
-//! number of substeps differs, and is stated.
+//! What a point costs in scenes of few and of many points: a block of the same height at every size, in which the same share
+//! of the points yields.
 //!
-//! Sizes are measured in turn, so that a busy neighbour meets all of them.
+//! In the same number of substeps, which are longer where cells are larger, yielding spreads from the band over more of a small
+//! block than of a large one, and a return to yield takes five times the flop of the rest of a point's substep. So each larger block's band is made as
+//! wide as it takes for the mean of the smallest one's share. Each is measured beside the smallest one, so that a busy neighbour
+//! meets both.
 
-use crate::blocks::{DRIVE, sheared};
+use crate::blocks::{BAND, DRIVE, block};
 use crate::phases::median;
 use cpu_time::ThreadTime;
 use serde_json::{Value, json};
@@ -14,72 +17,125 @@ use swarf::simulation::Solver;
 
 /// Cells of the blocks, four points in each: 7,500 to 1,199,536 points.
 const SIZES: [[i32; 3]; 4] = [[75, 25, 1], [150, 50, 1], [300, 100, 1], [949, 316, 1]];
-/// Substeps of a sample, from the block's start on: in these the fastest points move by half a cell, which is one sort.
+/// Runs of each that make a sample: a short one would tell of the neighbour's.
+const RUNS: [usize; SIZES.len()] = [16, 8, 2, 1];
+/// Substeps of a run, from the block's start on: in these the fastest points move by half a cell, which is one sort.
 const SUBSTEPS: usize = 150;
+/// Looks in a run at how many points yield.
+const LOOKS: usize = 5;
 const ROUNDS: usize = 5;
+/// By how much the share of the points that yield may differ from the smallest block's (-), and trials to get there.
+const CLOSE: f64 = 0.003;
+const TRIALS: usize = 8;
 
 /// Measures one thread in both precisions; `coarsening` divides the cells along each edge.
 pub fn flatness(coarsening: f64) -> Value {
-    json!([in_precision::<f64>("double", coarsening), in_precision::<f32>("single", coarsening)])
+    let sizes = SIZES.map(|size| size.map(|cells| ((f64::from(cells) / coarsening).round() as i32).max(1)));
+    let share = mean_yielding::<f64>(sizes[0], BAND);
+    let bands = sizes.map(|cells| if cells == sizes[0] { BAND } else { band_for(cells, share) });
+    json!([in_precision::<f64>("double", sizes, bands), in_precision::<f32>("single", sizes, bands)])
 }
 
-/// What a size showed.
-#[derive(Default)]
-struct Size {
-    points: usize,
-    /// CPU time per point and substep (s), by sample.
-    samples: Vec<f64>,
-    /// Share of the points that yield after a sample (-).
-    yielding: f64,
+/// The block at its start.
+fn start<R: Real>(cells: [i32; 3], band: f64) -> impl Solver {
+    let mut solver = block::<R, PlaneStrain>(cells, 1.0, band);
+    solver.locking_control = Some(LockingControl::default());
+    solver
 }
 
-fn in_precision<R: Real>(precision: &str, coarsening: f64) -> Value {
-    let mut sizes: [Size; SIZES.len()] = Default::default();
-    for _ in 0..ROUNDS {
-        for (size, cells) in sizes.iter_mut().zip(SIZES) {
-            let cells = cells.map(|cells| ((f64::from(cells) / coarsening).round() as i32).max(1));
-            let mut solver = sheared::<R, PlaneStrain>(cells);
-            solver.locking_control = Some(LockingControl::default());
-            let begin = ThreadTime::now();
-            (0..SUBSTEPS).for_each(|_| solver.step(&DRIVE, false).expect("a stable block"));
-            size.points = solver.points();
-            size.samples.push(begin.elapsed().as_secs_f64() / (size.points * SUBSTEPS) as f64);
-            size.yielding = yielding(&mut solver);
+fn step(solver: &mut impl Solver) {
+    solver.step(&DRIVE, false).expect("a stable block");
+}
+
+/// Width of the band (share of the block's length) with which such a share of the points yields, by halving.
+fn band_for(cells: [i32; 3], share: f64) -> f64 {
+    let (mut low, mut high) = (0.5 * BAND, 8.0 * BAND);
+    for _ in 0..TRIALS {
+        let middle = 0.5 * (low + high);
+        let above = mean_yielding::<f64>(cells, middle) - share;
+        if above.abs() < CLOSE {
+            break;
         }
+        if above > 0.0 { high = middle } else { low = middle }
     }
-    let mut first = None;
-    let mut lines = Vec::new();
-    for Size { points, mut samples, yielding } in sizes {
-        let cost = median(&mut samples);
-        let over_smallest = cost / *first.get_or_insert(cost);
-        println!(
-            "  {precision}: {points:9} points, {:5.1} ns per point and substep ({:.1} to {:.1}), {over_smallest:.2} times the \
-             smallest block's; {:.1} % yield",
-            1e9 * cost,
-            1e9 * samples[0],
-            1e9 * samples[ROUNDS - 1],
-            100.0 * yielding
-        );
-        lines.push(json!({
-            "points": points,
-            "cpu_s_per_point_step": cost,
-            "samples": samples,
-            "over_smallest": over_smallest,
-            "yielding_share": yielding,
-        }));
+    0.5 * (low + high)
+}
+
+/// Share of the points that yield, in the mean over a run (-).
+fn mean_yielding<R: Real>(cells: [i32; 3], band: f64) -> f64 {
+    let mut solver = start::<R>(cells, band);
+    let each = SUBSTEPS / LOOKS;
+    let mut sum = 0.0;
+    for _ in 0..LOOKS {
+        (0..each / 2).for_each(|_| step(&mut solver));
+        sum += yielding(&mut solver);
+        (each / 2 + 1..each).for_each(|_| step(&mut solver));
     }
-    json!({"precision": precision, "sizes": lines})
+    sum / LOOKS as f64
 }
 
 /// Share of the points whose plastic strain grows in one substep (-).
-fn yielding(solver: &mut dyn Solver) -> f64 {
+fn yielding(solver: &mut impl Solver) -> f64 {
     let strains = |solver: &dyn Solver| {
         let mut strains = vec![0.0; solver.points()];
         solver.visit_points(&mut |point| strains[point.id as usize] = point.report.plastic_strain);
         strains
     };
     let before = strains(solver);
-    solver.step(&DRIVE, false).expect("a stable block");
+    step(solver);
     let now = strains(solver);
     now.iter().zip(&before).filter(|(now, before)| now > before).count() as f64 / now.len() as f64
+}
+
+/// CPU time per point and substep (s), in the mean over some runs.
+fn cost<R: Real>(cells: [i32; 3], band: f64, runs: usize) -> f64 {
+    let run = |_| {
+        let mut solver = start::<R>(cells, band);
+        let begin = ThreadTime::now();
+        (0..SUBSTEPS).for_each(|_| step(&mut solver));
+        begin.elapsed().as_secs_f64() / (solver.points() * SUBSTEPS) as f64
+    };
+    (0..runs).map(run).sum::<f64>() / runs as f64
+}
+
+fn in_precision<R: Real>(
+    precision: &str,
+    sizes: [[i32; 3]; SIZES.len()],
+    bands: [f64; SIZES.len()],
+) -> Value {
+    let mut costs: [Vec<f64>; SIZES.len()] = Default::default();
+    let mut ratios = costs.clone();
+    for _ in 0..ROUNDS {
+        for k in 0..sizes.len() {
+            let smallest = cost::<R>(sizes[0], bands[0], RUNS[0]);
+            let cost = if k == 0 { smallest } else { cost::<R>(sizes[k], bands[k], RUNS[k]) };
+            costs[k].push(cost);
+            ratios[k].push(cost / smallest);
+        }
+    }
+    let mut lines = Vec::new();
+    for (k, (costs, ratios)) in costs.iter_mut().zip(&mut ratios).enumerate() {
+        let (cost, over_smallest) = (median(costs), median(ratios));
+        let points = start::<R>(sizes[k], bands[k]).points();
+        let yielding = mean_yielding::<R>(sizes[k], bands[k]);
+        println!(
+            "  {precision}: {points:9} points, {:5.1} ns per point and substep, {over_smallest:.2} times the smallest block's \
+             ({:.2} to {:.2}); {:.1} % yield (band of {:.3})",
+            1e9 * cost,
+            ratios[0],
+            ratios[ROUNDS - 1],
+            100.0 * yielding,
+            bands[k]
+        );
+        lines.push(json!({
+            "points": points,
+            "band": bands[k],
+            "cpu_s_per_point_step": cost,
+            "samples": costs,
+            "over_smallest": over_smallest,
+            "over_smallest_samples": ratios,
+            "mean_yielding_share": yielding,
+        }));
+    }
+    json!({"precision": precision, "sizes": lines})
 }

@@ -3,7 +3,7 @@
 //! Additions, subtractions, multiplications, divisions and square roots count one each, multiply-adds two; comparisons,
 //! minima, roundings and sign changes count nothing. Everything executed counts, idle lanes of a vector included.
 
-use crate::blocks::{DRIVE, block};
+use crate::blocks::{BAND, DRIVE, block};
 use crate::common::BlockIn;
 use std::cell::Cell;
 use std::fmt;
@@ -172,8 +172,8 @@ pub struct Flop {
 impl Flop {
     /// Counts them in two blocks: one at rest and one with a yielding band.
     pub fn count<D: Dimension>(cells: [i32; 3]) -> Self {
-        let (elastic, few) = in_block(block::<Counted, D>(cells, 0.0));
-        let (mixed, many) = in_block(block::<Counted, D>(cells, 1.0));
+        let (elastic, few) = in_block(block::<Counted, D>(cells, 0.0, BAND));
+        let (mixed, many) = in_block(block::<Counted, D>(cells, 1.0, BAND));
         let per_return = (mixed - elastic) / (many - few);
         Flop { elastic: elastic - few * per_return, per_return }
     }

@@ -4,11 +4,12 @@
 
 use crate::cuts::{Plan, compare, compare_means};
 use crate::flatness::flatness;
+use crate::peak::TwoThreads;
 use crate::phases::median;
 use cpu_time::ProcessTime;
 use serde_json::{Value, json};
 use std::time::Instant;
-use swarf::scene::{ContactChoice, Precision, Scene, Speed};
+use swarf::scene::{ContactChoice, Numerics, Precision, Scene, Speed};
 use swarf::session::Session;
 
 /// One measurement.
@@ -35,7 +36,7 @@ pub const NAMED: [Named; 9] = [
     },
     Named {
         name: "flatness",
-        about: "what a point costs from 7,500 to 1,200,000 points, one thread, the same yielding block at every size",
+        about: "what a point costs from 7,500 to 1,200,000 points, one thread, a block in which the same share yields at every size",
         run: flatness,
     },
     Named {
@@ -50,7 +51,7 @@ pub const NAMED: [Named; 9] = [
     },
     Named {
         name: "steel-1045",
-        about: "AISI 1045 at 3.33 m/s, with and without automatic mass scaling, five shifted starts each",
+        about: "AISI 1045 at 3.33 m/s, without automatic mass scaling, with it, and at fast with plain increments, five shifted starts each",
         run: steel_1045,
     },
     Named {
@@ -80,43 +81,74 @@ const REPEATS: usize = 5;
 fn step_rate(coarsening: f64) -> Value {
     let mut lines = Vec::new();
     for (name, precision) in [("double", Precision::Double), ("single", Precision::Single)] {
-        let mut measured = [1, 2].map(|threads| {
-            let mut scene = at_level(PAPER * coarsening, Speed::Exact);
-            scene.numerics.precision = precision;
-            scene.numerics.threads = threads;
-            let samples = (0..REPEATS).map(|_| first_microsecond(&scene));
-            samples.collect::<Result<Vec<_>, _>>()
-        });
-        let [Ok(one), Ok(two)] = &mut measured else {
-            println!("  {name}: refused: {measured:?}");
-            lines.push(json!({"precision": name, "refused": format!("{measured:?}")}));
-            continue;
-        };
-        let mut rates: Vec<f64> = one.iter().map(|sample| sample.rate).collect();
-        let mut walls = [one, two]
-            .map(|samples| median(&mut samples.iter().map(|sample| sample.wall).collect::<Vec<_>>()));
-        let rate = median(&mut rates);
-        println!(
-            "  {name}: {:.2} million point-steps per CPU second on one thread ({:.2} to {:.2}), two threads are {:.3} \
-             times one by wall time",
-            rate / 1e6,
-            rates[0] / 1e6,
-            rates[rates.len() - 1] / 1e6,
-            walls[0] / walls[1]
-        );
-        walls.sort_by(f64::total_cmp);
-        lines.push(json!({
-            "precision": name,
-            "point_steps_per_cpu_s": rate,
-            "samples": rates,
-            "two_threads_over_one": walls[1] / walls[0],
-        }));
+        match RatePair::samples(PAPER * coarsening, precision) {
+            Ok(pairs) => lines.push(rates(name, &pairs)),
+            Err(text) => {
+                println!("  {name}: refused: {text}");
+                lines.push(json!({"precision": name, "refused": text}));
+            }
+        }
     }
     json!(lines)
 }
 
+/// One thread and two, one right after the other: a machine that slows down slows both.
+struct RatePair {
+    /// Point-steps per CPU second on one thread.
+    rate: f64,
+    /// Two threads over one by wall time, and what the machine's own were just before.
+    two_over_one: f64,
+    machine: TwoThreads,
+}
+
+impl RatePair {
+    fn samples(spacing: f64, precision: Precision) -> Result<Vec<Self>, String> {
+        let sample = |_| {
+            let machine = TwoThreads::measure();
+            let run = |threads| {
+                let mut scene = at_level(spacing, Speed::Exact);
+                scene.numerics.precision = precision;
+                scene.numerics.threads = threads;
+                first_microsecond(&scene)
+            };
+            let (one, two) = (run(1)?, run(2)?);
+            Ok(RatePair { rate: one.rate, two_over_one: one.wall / two.wall, machine })
+        };
+        (0..REPEATS).map(sample).collect()
+    }
+}
+
+/// Prints the medians of some pairs and gives them for the file.
+fn rates(precision: &str, pairs: &[RatePair]) -> Value {
+    let sorted = |of: &dyn Fn(&RatePair) -> f64| {
+        let mut numbers: Vec<f64> = pairs.iter().map(of).collect();
+        (median(&mut numbers), numbers)
+    };
+    let (rate, rates) = sorted(&|pair| pair.rate);
+    let (two_over_one, ratios) = sorted(&|pair| pair.two_over_one);
+    let (multiply_adds, _) = sorted(&|pair| pair.machine.multiply_adds);
+    let (triad, _) = sorted(&|pair| pair.machine.triad);
+    println!(
+        "  {precision}: {:.2} million point-steps per CPU second on one thread ({:.2} to {:.2}); two threads are {two_over_one:.3} \
+         times one by wall time ({:.3} to {:.3}), in multiply-adds alone {multiply_adds:.3}, in the triad {triad:.3}",
+        rate / 1e6,
+        rates[0] / 1e6,
+        rates[REPEATS - 1] / 1e6,
+        ratios[0],
+        ratios[REPEATS - 1],
+    );
+    json!({
+        "precision": precision,
+        "point_steps_per_cpu_s": rate,
+        "samples": rates,
+        "two_threads_over_one": two_over_one,
+        "two_threads_over_one_samples": ratios,
+        "two_threads_over_one_multiply_adds": multiply_adds,
+        "two_threads_over_one_triad": triad,
+    })
+}
+
 /// One run of the first microsecond.
-#[derive(Debug)]
 struct Sample {
     /// Point-steps per CPU second.
     rate: f64,
@@ -201,17 +233,22 @@ fn ordinary(coarsening: f64, fifths: i32) -> Plan {
 }
 
 fn steel_1045(coarsening: f64) -> Value {
-    json!(compare([None, Some(0.005), Some(0.002)].into_iter().flat_map(|share| {
+    type Change<'a> = &'a dyn Fn(&mut Numerics);
+    let scaled = |share: f64| {
+        move |numerics: &mut Numerics| (numerics.mass_scaling, numerics.inertia_error) = (0.0, share)
+    };
+    // At this friction `fast` keeps the force with plain increments only, which it has where the Courant number is set by hand.
+    let plain = |numerics: &mut Numerics| (numerics.speed, numerics.courant) = (Speed::Fast, 0.54);
+    let ways: [(&str, Change<'_>); 4] = [
+        ("unscaled", &|_| ()),
+        ("scaled for 0.5 %", &scaled(0.005)),
+        ("scaled for 0.2 %", &scaled(0.002)),
+        ("fast, plain increments", &plain),
+    ];
+    json!(compare(ways.into_iter().flat_map(|(name, change)| {
         (0..5).map(move |fifths| {
             let mut plan = ordinary(coarsening, fifths);
-            let numerics = &mut plan.scene.numerics;
-            let name = match share {
-                None => "unscaled".into(),
-                Some(share) => {
-                    (numerics.mass_scaling, numerics.inertia_error) = (0.0, share);
-                    format!("scaled for {} %", 100.0 * share)
-                }
-            };
+            change(&mut plan.scene.numerics);
             (format!("{name}, start {fifths}/5"), plan)
         })
     })))

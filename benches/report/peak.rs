@@ -3,6 +3,7 @@
 use cpu_time::ThreadTime;
 use serde_json::{Value, json};
 use std::hint::black_box;
+use std::time::Instant;
 use swarf::simd::{InstructionSet, Kernel, Real, Simd, Vector, dispatch};
 
 /// Independent chains of multiply-adds: more than latency times throughput of any processor at hand.
@@ -56,6 +57,78 @@ impl Kernel<f64> for Triad<'_> {
     }
 }
 
+/// How many times as much as one thread two do in the same wall time, measured now: what keeps a program that divides its work
+/// without loss from 2 is the machine's.
+#[derive(Debug)]
+pub struct TwoThreads {
+    /// Multiply-adds in registers.
+    pub multiply_adds: f64,
+    /// Triad over `SHARED` bytes, of which each of two threads has half.
+    pub triad: f64,
+}
+
+/// Data of the triad on one and two threads (bytes): about what 120,000 points take.
+const SHARED: usize = 16 << 20;
+
+impl TwoThreads {
+    /// Measures it, in half a second.
+    pub fn measure() -> Self {
+        let registers = || {
+            let (factor, summand) = (black_box(0.999), black_box(1e-3));
+            black_box(dispatch(
+                InstructionSet::detect(),
+                MultiplyAdds { rounds: 20_000_000, factor, summand },
+            ));
+        };
+        let (mut whole, mut halves) = (Arrays::of(SHARED), [0, 1].map(|_| Arrays::of(SHARED / 2)));
+        let [first, second] = &mut halves;
+        // The system gives memory when it is first written.
+        [&mut whole, &mut *first, &mut *second].into_iter().for_each(|arrays| arrays.pass(1));
+        TwoThreads {
+            multiply_adds: 2.0 * wall_time(registers) / side_by_side(registers, registers),
+            triad: wall_time(|| whole.pass(40)) / side_by_side(|| first.pass(40), || second.pass(40)),
+        }
+    }
+}
+
+fn wall_time(work: impl FnOnce()) -> f64 {
+    let begin = Instant::now();
+    work();
+    begin.elapsed().as_secs_f64()
+}
+
+/// Wall time of two threads until both have ended (s).
+fn side_by_side(one: impl FnOnce() + Send, other: impl FnOnce() + Send) -> f64 {
+    wall_time(|| {
+        std::thread::scope(|scope| {
+            scope.spawn(other);
+            one();
+        });
+    })
+}
+
+/// The triad's arrays.
+struct Arrays {
+    a: Vec<f64>,
+    b: Vec<f64>,
+    c: Vec<f64>,
+}
+
+impl Arrays {
+    /// Three arrays of so many bytes together.
+    fn of(bytes: usize) -> Self {
+        let count = bytes / 24;
+        Arrays { a: vec![0.0; count], b: vec![1.0; count], c: vec![2.0; count] }
+    }
+
+    fn pass(&mut self, times: usize) {
+        for _ in 0..times {
+            dispatch(InstructionSet::detect(), Triad { a: &mut self.a, b: &self.b, c: &self.c });
+            black_box(&mut self.a);
+        }
+    }
+}
+
 /// CPU seconds of the fastest of some repetitions of `work`.
 fn fastest(mut work: impl FnMut()) -> f64 {
     let seconds = |work: &mut dyn FnMut()| {
@@ -82,16 +155,10 @@ fn multiply_adds<R: Real>(rounds: usize) -> f64 {
 
 /// Bytes per second of one core, for three arrays of `bytes` together.
 fn bandwidth(bytes: usize, moved: usize) -> f64 {
-    let count = bytes / 24;
-    let (mut a, b, c) = (vec![0.0; count], vec![1.0; count], vec![2.0; count]);
+    let mut arrays = Arrays::of(bytes);
     let rounds = (moved / bytes).max(1);
-    let seconds = fastest(|| {
-        for _ in 0..rounds {
-            dispatch(InstructionSet::detect(), Triad { a: &mut a, b: &b, c: &c });
-            black_box(&mut a);
-        }
-    });
-    (rounds * count * 24) as f64 / seconds
+    let seconds = fastest(|| arrays.pass(rounds));
+    (rounds * arrays.a.len() * 24) as f64 / seconds
 }
 
 /// The machine's own limits, for one core.

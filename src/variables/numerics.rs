@@ -74,7 +74,7 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1310,
         name: "numerics.inertia_error",
-        description: "share of the cutting force that automatic mass scaling may change",
+        description: "share of the cutting force that automatic mass scaling may change, as predicted from the momentum of the chip",
         kind: real(&ONE, "%", [1e-5, 0.5], Some(0.005), parameter!(numerics.inertia_error)),
     },
     Variable {
