@@ -14,9 +14,9 @@
 //! the largest s that keeps the share ΔF / F that follows under the one asked for. As it falls with v², scaling is worth most at
 //! the speeds of machine shops.
 //!
-//! The share bounds what was measured from 1 % on. Below, the heavier chip costs more than its momentum (work of the scheme's
-//! own damping and of contact, which grow with ln s), and the measured change is up to twice the share asked for: AISI 1045 at
-//! 3.33 m/s without friction 0.5 and 0.9 % at shares of 0.16 and 0.5 % (docs/performance.md).
+//! The share is no bound where it is small, since the heavier chip costs more than its momentum (work in contact and in the
+//! scheme's own damping; docs/performance.md). At shares of 3.6 % and more it lies above what was measured; at 1 % the change is 1.1
+//! to 1.3 times the share, and in AISI 1045 at 3.33 m/s without friction 1.8 times 0.5 % and 3 times 0.16 %.
 //!
 //! Heat capacity is not scaled: temperature follows the same work per volume. When the speed changes, so does s; the
 //! kinetic energy that this moves is an entry of the ledger.
