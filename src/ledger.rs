@@ -29,7 +29,8 @@
 //!   heat itself is not lessened by it, which is a part of some 3 α T₀ κ/(ρ c) of pressure changes, and small;
 //! * retired: kinetic and elastic energy of points that left the domain.
 
-use crate::chunk::ChunkSums;
+use crate::chunk_nodes::NodeSums;
+use crate::transfer::PassSums;
 use serde::{Deserialize, Serialize};
 
 /// Running totals since the start.
@@ -68,9 +69,8 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// Adds the sums of a substep, in the order of the chunks.
-    pub fn add(&mut self, sums: &ChunkSums) {
-        let ChunkSums { nodes, points, .. } = sums;
+    /// Adds the sums of a substep over the nodes that a chunk owns and over its points, in the order of the chunks.
+    pub fn add(&mut self, nodes: &NodeSums, points: &PassSums) {
         self.tool_work += nodes.tool_work;
         self.friction_work += nodes.friction_work;
         self.contact_loss += nodes.contact_loss - nodes.approach_work;

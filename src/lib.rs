@@ -22,6 +22,7 @@ pub mod guards;
 pub mod smoothing;
 pub mod velocity_range;
 pub mod chunk;
+pub mod chunk_nodes;
 pub mod ledger;
 pub mod watch;
 pub mod partition;

@@ -26,7 +26,7 @@
 //! Form of the effect: an optional pass before the chunks set out, as `touching`, on one thread; nothing of it is part
 //! of the state.
 
-use crate::chunk::{NodeSums, TouchedNodes};
+use crate::chunk_nodes::{NodeSums, TouchedNodes};
 use crate::contact::{Contact, coulomb};
 use crate::contact_nodes::{Conditions, assemble, closest, for_each_weight};
 use crate::dimension::Dimension;

@@ -13,6 +13,7 @@
 
 use crate::bulk::{Bulk, BulkReader};
 use crate::chunk::Chunk;
+use crate::chunk_nodes::ChunkNodes;
 use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::grid::{FixedNodes, Layout, PencilRanges};
@@ -34,6 +35,8 @@ pub struct Partition<R: Real, D: Dimension, S> {
     pub layout: Layout,
     /// Runs of points.
     pub chunks: Vec<Chunk<R, D, S>>,
+    /// By chunk: the nodes around its points.
+    pub nodes: Vec<ChunkNodes<R>>,
     /// What the last substep deposited, by chunk.
     pub incoming: Vec<NodeRun<R>>,
     /// Where the present substep deposits, by chunk.
@@ -96,6 +99,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         let mut partition = Partition {
             layout,
             chunks,
+            nodes: vec![ChunkNodes::default(); count],
             incoming: vec![NodeRun::default(); count],
             outgoing: vec![NodeRun::default(); count],
             fixed,
@@ -249,12 +253,13 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
     /// Arranges every chunk's nodes for the present layout and ends.
     fn arrange_chunks(&mut self) {
         let mut owned_from = 0;
-        for (k, chunk) in self.chunks.iter_mut().enumerate() {
+        for (k, nodes) in self.nodes.iter_mut().enumerate() {
             let next = self.ends[k + 1..].iter().find(|(first, last)| first <= last).map(|range| range.0);
             // A chunk without points (a scene that has lost most of them) stands where nothing is.
             let (first, last) = if self.ends[k].0 <= self.ends[k].1 { self.ends[k] } else { (0, 0) };
             let deposits = [&mut self.incoming[k], &mut self.outgoing[k]];
-            owned_from = chunk.arrange(&self.layout, (first, last, next), owned_from, &self.fixed, deposits);
+            owned_from =
+                nodes.arrange::<D>(&self.layout, (first, last, next), owned_from, &self.fixed, deposits);
         }
     }
 }

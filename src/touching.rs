@@ -21,7 +21,7 @@
 //! one thread: its result does not depend on how many there are.
 
 use crate::bulk::{Bulk, BulkReader};
-use crate::chunk::{NodeSums, TouchedNodes};
+use crate::chunk_nodes::{NodeSums, TouchedNodes};
 use crate::contact_nodes::{Conditions, NodeStart, assemble, closest, for_each_weight, from_tool};
 use crate::dimension::Dimension;
 use crate::error::Error;

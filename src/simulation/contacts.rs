@@ -1,14 +1,25 @@
-//! How a simulation meets the tool: at the points, or at nodes under the paper's own laws.
+//! How a simulation meets the tool: at the points, or at nodes under the paper's own laws; and what the other threads do meanwhile.
 
 use super::Simulation;
-use crate::chunk::TouchedNodes;
+use crate::chunk_nodes::{ChunkNodes, TouchedNodes};
 use crate::contact::Contact;
 use crate::contact_nodes::Conditions;
 use crate::dimension::Dimension;
 use crate::material::ConstitutiveModel;
+use crate::nodal_contact::NodalContact;
+use crate::parallel::take_turns;
 use crate::shape::ShapeFunction;
 use crate::simd::Real;
 use crate::sticking::Strength;
+use crate::touching::Touching;
+use std::iter;
+use std::mem;
+
+/// A part of the first half of a substep.
+enum Part<'a, R> {
+    Contact(&'a mut Touching, &'a mut NodalContact),
+    Nodes(&'a mut ChunkNodes<R>),
+}
 
 impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Simulation<R, D, F, M> {
     /// Whether the contact law is one of the paper's own.
@@ -18,11 +29,44 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
 
     /// What contact changed in the last substep.
     pub fn touched(&self) -> &TouchedNodes {
-        if self.acts_on_nodes() { self.nodal_contact.touched() } else { self.touching.touched() }
+        self.touched_of(&self.touching, &self.nodal_contact)
+    }
+
+    fn touched_of<'a>(&self, touching: &'a Touching, nodal_contact: &'a NodalContact) -> &'a TouchedNodes {
+        if self.acts_on_nodes() { nodal_contact.touched() } else { touching.touched() }
+    }
+
+    /// Both halves of a substep of `dt` (s) on the nodes, with the contact beside the first.
+    pub(super) fn move_nodes(&mut self, dt: f64, parallel: bool) {
+        // Nodes and contact read all of the simulation but what they write.
+        let mut nodes = mem::take(&mut self.partition.nodes);
+        let mut touching = mem::take(&mut self.touching);
+        let mut nodal_contact = mem::take(&mut self.nodal_contact);
+        let (incoming, step) = (&self.partition.incoming, self.nodes_step(dt));
+        if parallel {
+            // What takes longest comes first.
+            let parts = iter::once(Part::Contact(&mut touching, &mut nodal_contact));
+            take_turns(parts.chain(nodes.iter_mut().map(Part::Nodes)), |part| match part {
+                Part::Contact(touching, nodal_contact) => self.solve_contact(touching, nodal_contact, dt),
+                Part::Nodes(nodes) => nodes.add_up::<D>(incoming, &step),
+            });
+            let touched = self.touched_of(&touching, &nodal_contact);
+            take_turns(nodes.iter_mut(), |nodes| nodes.finish::<D>(touched, &step));
+        } else {
+            self.solve_contact(&mut touching, &mut nodal_contact, dt);
+            let touched = self.touched_of(&touching, &nodal_contact);
+            // One half right after the other finds the nodes in the processor's caches.
+            for nodes in &mut nodes {
+                nodes.add_up::<D>(incoming, &step);
+                nodes.finish::<D>(touched, &step);
+            }
+        }
+        self.partition.nodes = nodes;
+        (self.touching, self.nodal_contact) = (touching, nodal_contact);
     }
 
     /// Solves the contact for a substep of `dt` (s), but for the law that chunks see to themselves.
-    pub(super) fn solve_contact(&mut self, dt: f64) {
+    fn solve_contact(&self, touching: &mut Touching, nodal_contact: &mut NodalContact, dt: f64) {
         let conditions = Conditions {
             tool: &self.tool,
             body_force: self.body_force.as_deref(),
@@ -36,13 +80,13 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             Contact::Surface => (),
             Contact::NodesInside => return,
             law @ (Contact::Distance | Contact::Velocity) => {
-                return self.nodal_contact.solve(law, &self.partition, &self.shape, &conditions);
+                return nodal_contact.solve(law, &self.partition, &self.shape, &conditions);
             }
         }
         // Yield in pure shear, by von Mises.
         let strength = |state: &M::State, lane: usize| self.model.flow_stress(state, lane) / 3_f64.sqrt();
         let strength: Option<&Strength<'_, M::State>> =
             if self.options.sticking { Some(&strength) } else { None };
-        self.touching.solve(&self.partition, &self.shape, &conditions, strength);
+        touching.solve(&self.partition, &self.shape, &conditions, strength);
     }
 }

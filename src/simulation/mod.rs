@@ -9,7 +9,8 @@ pub use options::Options;
 use crate::body_force::BodyForce;
 use crate::bulk::Bulk;
 use crate::chip_tail::TailMotion;
-use crate::chunk::{Chunk, ChunkSums, Substep};
+use crate::chunk::{Chunk, Substep};
+use crate::chunk_nodes::{ChunkNodes, NodesStep};
 use crate::contact::RigidTool;
 use crate::dimension::Dimension;
 use crate::error::Error;
@@ -21,14 +22,14 @@ use crate::material::ConstitutiveModel;
 use crate::nodal_contact::NodalContact;
 use crate::parallel::take_turns;
 use crate::partition::{MOST_CHUNKS, Partition};
-use crate::points::{BLOCK, Block};
+use crate::points::{BLOCK, Block, PointState};
 use crate::shape::ShapeFunction;
 use crate::simd::Real;
 pub use crate::solver::{Drive, PointView, Progress, Solver};
 use crate::strays::{self, StrayVelocities};
 use crate::tool_heat::ToolBody;
 use crate::touching::Touching;
-use crate::transfer::NodeRun;
+use crate::transfer::{NodeRun, PassSums};
 use crate::watch::{self, Watch};
 use std::cmp::Reverse;
 use std::sync::Arc;
@@ -164,51 +165,48 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
 
     /// Deposits all points without moving them.
     fn deposit(&mut self, parallel: bool) {
-        self.for_each_chunk(0.0, parallel, |chunk, _, outgoing, common| chunk.deposit(outgoing, common));
+        self.for_each_chunk(0.0, parallel, |chunk, nodes, outgoing, common| {
+            chunk.deposit(nodes, outgoing, common)
+        });
         self.partition.exchange_deposits();
     }
 
-    /// Runs `work` on each chunk with what all share in a substep of `dt` (s).
+    /// What all nodes share in a substep of `dt` (s).
+    fn nodes_step(&self, dt: f64) -> NodesStep<'_> {
+        NodesStep {
+            layout: &self.partition.layout,
+            contact: self.options.contact,
+            tool: &self.tool,
+            lightest: self.lightest,
+            share_per_mass: self.shape.steepness() / self.lightest_point(),
+            body_force: self.body_force.as_deref(),
+            time: self.progress.clock,
+            dt,
+            is_affine: M::State::IS_AFFINE,
+            instructions: self.options.instructions,
+        }
+    }
+
+    /// Runs `work` on each chunk, its nodes and its deposits with what all share in a substep of `dt` (s).
     fn for_each_chunk(
         &mut self,
         dt: f64,
         parallel: bool,
-        work: impl Fn(&mut Chunk<R, D, M::State>, &[NodeRun<R>], &mut NodeRun<R>, &Substep<'_, F, M>) + Sync,
+        work: impl Fn(&mut Chunk<R, D, M::State>, &mut ChunkNodes<R>, &mut NodeRun<R>, &Substep<'_, F, M>) + Sync,
     ) {
-        let touched =
-            if self.acts_on_nodes() { self.nodal_contact.touched() } else { self.touching.touched() };
-        let share_per_mass = self.shape.steepness() / self.lightest_point();
-        let Partition { layout, chunks, incoming, outgoing, .. } = &mut self.partition;
-        let common = Substep {
-            layout,
-            shape: &self.shape,
-            model: &self.model,
-            contact: self.options.contact,
-            tool: &self.tool,
-            lightest: self.lightest,
-            share_per_mass,
-            touched,
-            body_force: self.body_force.as_deref(),
-            time: self.progress.clock,
-            dt,
-            instructions: self.options.instructions,
-        };
+        let Partition { layout, chunks, nodes, outgoing, .. } = &mut self.partition;
+        let (shape, model, instructions) = (&self.shape, &self.model, self.options.instructions);
+        let common = Substep { layout, shape, model, dt, instructions };
+        let triples =
+            chunks.iter_mut().zip(nodes).zip(outgoing).map(|((chunk, nodes), out)| (chunk, nodes, out));
         if parallel {
-            let mut pairs = [const { None }; MOST_CHUNKS];
-            pairs
-                .iter_mut()
-                .zip(chunks.iter_mut().zip(outgoing))
-                .for_each(|(place, pair)| *place = Some(pair));
+            let mut sorted = [const { None }; MOST_CHUNKS];
+            sorted.iter_mut().zip(triples).for_each(|(place, triple)| *place = Some(triple));
             // The longest first; the order changes no result.
-            pairs.sort_unstable_by_key(|pair| Reverse(pair.as_ref().map(|(chunk, _)| chunk.effort)));
-            take_turns(pairs.into_iter().flatten(), |(chunk, outgoing)| {
-                work(chunk, incoming, outgoing, &common)
-            });
+            sorted.sort_unstable_by_key(|triple| Reverse(triple.as_ref().map(|(chunk, ..)| chunk.effort)));
+            take_turns(sorted.into_iter().flatten(), |(chunk, nodes, out)| work(chunk, nodes, out, &common));
         } else {
-            chunks
-                .iter_mut()
-                .zip(outgoing)
-                .for_each(|(chunk, outgoing)| work(chunk, incoming, outgoing, &common));
+            triples.for_each(|(chunk, nodes, out)| work(chunk, nodes, out, &common));
         }
     }
 
@@ -221,15 +219,9 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
     /// points' motion within bounds; gives the length kept.
     fn solve_nodes(&mut self, mut dt: f64, parallel: bool) -> Result<f64, Error> {
         for retry in 0.. {
-            self.solve_contact(dt);
-            self.for_each_chunk(dt, parallel, |chunk, incoming, _, common| {
-                chunk.solve_nodes(incoming, common)
-            });
-            let bounds = self
-                .partition
-                .chunks
-                .iter()
-                .fold(Bounds::default(), |most, chunk| most.max(chunk.sums.bounds));
+            self.move_nodes(dt, parallel);
+            let bounds =
+                self.partition.nodes.iter().fold(Bounds::default(), |most, nodes| most.max(nodes.bounds));
             if bounds.hold() {
                 break;
             }
@@ -258,17 +250,18 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
 
     /// Adds the chunks' sums to the totals, in the order of the chunks.
     fn collect(&mut self, dt: f64) -> Result<(), Error> {
-        let mut nodes = self.touched().sums;
+        let contact = self.touched().sums;
         let (mut travel, mut volume_ratio) = (0.0_f64, 0.0_f64);
         let friction_before = self.progress.ledger.friction_work;
-        self.progress.ledger.add(&ChunkSums { nodes, ..ChunkSums::default() });
-        for chunk in &self.partition.chunks {
-            let sums: &ChunkSums = &chunk.sums;
-            self.progress.ledger.add(sums);
-            nodes.touches |= sums.nodes.touches;
-            nodes.contact_reach = nodes.contact_reach.max(sums.nodes.contact_reach);
-            travel = travel.max(sums.points.travel);
-            volume_ratio = volume_ratio.max(sums.points.volume_ratio);
+        let (mut touches, mut contact_reach) = (contact.touches, contact.contact_reach);
+        self.progress.ledger.add(&contact, &PassSums::default());
+        let Partition { chunks, nodes, .. } = &self.partition;
+        for (Chunk { sums: points, .. }, ChunkNodes { sums: nodes, .. }) in chunks.iter().zip(nodes) {
+            self.progress.ledger.add(nodes, points);
+            touches |= nodes.touches;
+            contact_reach = contact_reach.max(nodes.contact_reach);
+            travel = travel.max(points.travel);
+            volume_ratio = volume_ratio.max(points.volume_ratio);
         }
         self.note_friction_heat(friction_before);
         let ledger = &self.progress.ledger;
@@ -277,14 +270,14 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         let sound = self.model.sound_speed(volume_ratio);
         guards::check_motion((self.progress.clock, dt), (travel, cell), sound, finite)?;
         let progress = &mut self.progress;
-        progress.contact_reach = nodes.contact_reach;
-        for (total, area) in progress.contact_areas.iter_mut().zip(nodes.contact_areas) {
+        progress.contact_reach = contact_reach;
+        for (total, area) in progress.contact_areas.iter_mut().zip(contact.contact_areas) {
             *total += dt * area;
         }
-        progress.touches = [nodes.touches, nodes.touches || progress.touches[1]];
+        progress.touches = [touches, touches || progress.touches[1]];
         let [x, y] = self.tool.velocity;
         let way = dt * x.hypot(y);
-        if nodes.touches {
+        if touches {
             progress.cut_length += way;
             progress.way_since_touch = 0.0;
         } else {
@@ -376,8 +369,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
         self.tool.friction = drive.friction;
         let dt = self.solve_nodes(self.time_step(drive), parallel)?;
         let bound = self.stray_bound();
-        self.for_each_chunk(dt, parallel, |chunk, _, outgoing, common| {
-            chunk.move_points(outgoing, common, bound)
+        self.for_each_chunk(dt, parallel, |chunk, nodes, outgoing, common| {
+            chunk.move_points(nodes, outgoing, common, bound)
         });
         self.partition.exchange_deposits();
         self.collect(dt)?;

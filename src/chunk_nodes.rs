@@ -1,0 +1,355 @@
+//! The nodes around a chunk's points, and what a substep does to them.
+//!
+//! In two halves, between which the threads meet:
+//!
+//! 1. what all chunks have deposited is added up, the momentum equation solved, body forces and walls applied. Contact needs the same
+//!    deposits and nothing of this, so it is solved on one thread while the others are here;
+//! 2. what contact changes is added, increments are smoothed where the scene wants it, and the substep is judged by what it
+//!    will do to the points.
+
+use crate::body_force::BodyForce;
+use crate::contact::{Contact, Correction, RigidTool};
+use crate::dimension::Dimension;
+use crate::grid::{self, FixedNodes, Layout, MARGIN};
+use crate::guards::{Bounds, BoundsPass};
+use crate::simd::{InstructionSet, Real, dispatch};
+use crate::smoothing::Smoothing;
+use crate::transfer::{NodeRun, NodesPass};
+use std::ops::Range;
+
+/// A fixed node of a chunk.
+#[derive(Clone, Copy, Debug)]
+struct Fixed {
+    index: usize,
+    axes: [bool; 3],
+}
+
+/// What a chunk's nodes add up in one substep, over the nodes it owns.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NodeSums {
+    /// ½ Σ m |Δv|² (J); with an affine transfer ½ Σ m Δv·v; with smoothed increments what `smoothing` has.
+    pub increment_energy: f64,
+    /// Impulse of the tool on the workpiece (N s).
+    pub tool_impulse: [f64; 2],
+    /// Work of that impulse at the tool's velocity (J).
+    pub tool_work: f64,
+    /// Friction work (J), at least 0.
+    pub friction_work: f64,
+    /// ½ Σ m |Δv|² along the directions that contact or a wall prescribes (J): inelastic impact.
+    pub contact_loss: f64,
+    /// Work of the contact impulses on what is left of the points' approach (J), negative where points are pushed out.
+    pub approach_work: f64,
+    /// Area of contact, and of the part where friction is below Coulomb's (m2): where strength caps friction (`sticking`).
+    pub contact_areas: [f64; 2],
+    /// Furthest coordinate of contact along the rake face (m).
+    pub contact_reach: f64,
+    /// Whether any node is in contact.
+    pub touches: bool,
+}
+
+impl NodeSums {
+    /// Counts the contact of a node of `mass` (kg); returns its friction work (J).
+    ///
+    /// * `trial`, `old`: its velocity without contact, and before the substep (m/s)
+    pub fn count_node<D: Dimension>(
+        &mut self,
+        tool: &RigidTool,
+        mass: f64,
+        [trial, old]: [&D::Vector<f64>; 2],
+        contact: &Correction<D>,
+    ) -> f64 {
+        let change = D::vector(|axis| contact.velocity[axis] - old[axis]);
+        let impulse = D::vector(|axis| mass * (contact.velocity[axis] - trial[axis]));
+        let tool_work = impulse[0] * tool.velocity[0] + impulse[1] * tool.velocity[1];
+        // The friction impulse is the tangential part; only it works on the slip.
+        let friction = -(0..D::AXES).map(|axis| impulse[axis] * contact.slip[axis]).sum::<f64>();
+        self.tool_impulse[0] += impulse[0];
+        self.tool_impulse[1] += impulse[1];
+        self.tool_work += tool_work;
+        self.friction_work += friction;
+        self.contact_loss += 0.5 * mass * contact.prescribed_square(&change);
+        self.contact_reach = self.contact_reach.max(contact.rake_coordinate.unwrap_or(0.0));
+        self.touches = true;
+        friction
+    }
+}
+
+/// What contact changes in a substep, found before the chunks set out (`touching`, `nodal_contact`).
+#[derive(Clone, Debug, Default)]
+pub struct TouchedNodes {
+    /// Index of the node in the layout and its change of velocity (m/s), in rising order.
+    pub nodes: Vec<(usize, [f64; 3])>,
+    /// Index of the node in the layout and the friction heat of the substep there (J, at least 0), in rising order; it adds
+    /// up to the friction work. Empty unless asked for.
+    pub friction_heat: Vec<(usize, f64)>,
+    /// For the ledger and the outputs.
+    pub sums: NodeSums,
+}
+
+/// The nodes around a chunk's points.
+#[derive(Clone, Default)]
+pub struct ChunkNodes<R> {
+    /// Their velocities and increments, and their masses.
+    pub run: NodeRun<R>,
+    /// What smoothing changes, where increments are smoothed.
+    smoothing: Smoothing<R>,
+    /// Their pencils.
+    pencils: Range<usize>,
+    /// Those that the chunk owns, as indices of the layout.
+    owned: Range<usize>,
+    fixed: Vec<Fixed>,
+    /// Sums over the owned nodes in the last substep.
+    pub sums: NodeSums,
+    /// What the last substep does to the points at most.
+    pub bounds: Bounds,
+}
+
+/// What all nodes share in one substep.
+pub struct NodesStep<'a> {
+    /// Arrangement of the nodes.
+    pub layout: &'a Layout,
+    /// Contact law.
+    pub contact: Contact,
+    /// The tool at the start of the substep.
+    pub tool: &'a RigidTool,
+    /// Nodes lighter than this (kg) stay at rest: nothing but rounding is left there.
+    pub lightest: f64,
+    /// Steepness of the shape function over the mass of the lightest point (1/kg), see `guards`.
+    pub share_per_mass: f64,
+    /// Acceleration of the nodes by a body force, if the scene has one.
+    pub body_force: Option<&'a dyn BodyForce>,
+    /// Time at the start of the substep (s).
+    pub time: f64,
+    /// Substep (s).
+    pub dt: f64,
+    /// Whether points hold an affine velocity field (APIC).
+    pub is_affine: bool,
+    /// Instruction set of the kernels.
+    pub instructions: InstructionSet,
+}
+
+impl<R: Real> ChunkNodes<R> {
+    /// Takes the nodes around a chunk's points; `first` and `last` are its lowest and highest pencil, `next` the lowest of
+    /// the following chunk (or the end), `owned_from` where the ownership of the chunk before ended.
+    ///
+    /// Returns where its ownership ends.
+    pub fn arrange<D: Dimension>(
+        &mut self,
+        layout: &Layout,
+        (first, last, next): (usize, usize, Option<usize>),
+        owned_from: usize,
+        fixed: &[FixedNodes],
+        deposits: [&mut NodeRun<R>; 2],
+    ) -> usize {
+        let plane = layout.pencils_per_plane::<D>() as usize;
+        let margin = MARGIN as usize;
+        // In space a pencil's neighbours reach one plane further and one row to each side.
+        let mut reach = margin * plane + if D::AXES == 3 { margin } else { 0 };
+        if layout.shares_masses {
+            // What smooths a node's increment is one further.
+            reach += plane;
+        }
+        let count = layout.low.len();
+        self.pencils = first.saturating_sub(reach)..(last + reach + 1).min(count);
+        let nodes = layout.start[self.pencils.start]..layout.start[self.pencils.end];
+        for run in deposits.into_iter().chain([&mut self.run]) {
+            run.reset::<D>(nodes.start, nodes.len(), layout.shares_masses);
+        }
+        // Own up to the next chunk's first pencil, but no further than the nodes reach.
+        let end_pencil = next.map_or(count, |next| next.min(self.pencils.end));
+        let end = layout.start[end_pencil].max(owned_from);
+        // A chunk without points may stand before what has been given away: it owns nothing, within its nodes.
+        let begin = owned_from.clamp(nodes.start, nodes.end);
+        self.owned = begin..end.clamp(begin, nodes.end);
+        self.fixed.clear();
+        for pencil in self.pencils.clone() {
+            for boundary in fixed {
+                let Some((low, high)) = boundary.on_pencil::<D>(layout, pencil) else { continue };
+                let existing = (layout.start[pencil + 1] - layout.start[pencil]) as i32;
+                let bottom = layout.low[pencil];
+                for along in low.max(bottom)..=high.min(bottom + existing - 1) {
+                    let index = (layout.offset[pencil] + along) as usize - nodes.start;
+                    self.fixed.push(Fixed { index, axes: boundary.axes });
+                }
+            }
+        }
+        end
+    }
+
+    /// First half of a substep, up to contact: the nodes' new velocities from `incoming` deposits.
+    ///
+    /// It changes no point and can be done again at another length.
+    pub fn add_up<D: Dimension>(&mut self, incoming: &[NodeRun<R>], step: &NodesStep<'_>) {
+        dispatch(
+            step.instructions,
+            NodesPass::<R, D> {
+                nodes: &mut self.run,
+                incoming,
+                lightest: R::from_f64(step.lightest),
+                dt: R::from_f64(step.dt),
+                dimension: std::marker::PhantomData,
+            },
+        );
+        if let Some(force) = step.body_force {
+            self.accelerate::<D>(force, step);
+        }
+        self.sums = NodeSums::default();
+        self.fix::<D>();
+    }
+
+    /// Second half: what contact has `touched`, smoothing, and what the nodes will do to the points.
+    pub fn finish<D: Dimension>(&mut self, touched: &TouchedNodes, step: &NodesStep<'_>) {
+        match step.contact {
+            Contact::Surface | Contact::Distance | Contact::Velocity => self.take_over::<D>(touched),
+            Contact::NodesInside => self.touch::<D>(step),
+        }
+        let owned = self.owned.start - self.run.first..self.owned.end - self.run.first;
+        let records = &self.run.records[owned.start * D::QUADS..owned.end * D::QUADS];
+        let mass = &self.run.mass[owned];
+        self.sums.increment_energy = if step.is_affine {
+            grid::half_work::<R, D>(records, mass)
+        } else {
+            grid::increment_energy::<R, D>(records, mass)
+        };
+        if step.layout.shares_masses {
+            self.smooth(touched, step);
+        }
+        self.bounds = dispatch(
+            step.instructions,
+            BoundsPass::<R, D> {
+                nodes: &self.run,
+                layout: step.layout,
+                pencils: self.pencils.clone(),
+                share_per_mass: step.share_per_mass,
+                per_cell: step.dt / step.layout.cell,
+                dimension: std::marker::PhantomData,
+            },
+        );
+    }
+
+    /// Gives the nodes the velocities back that their increments belong to, where those that move the points are smoothed.
+    pub fn take_smoothing_back(&mut self, layout: &Layout) {
+        if layout.shares_masses {
+            self.smoothing.take_back(&mut self.run);
+        }
+    }
+
+    /// Adds Δt b to velocity and increment of every node that has mass.
+    fn accelerate<D: Dimension>(&mut self, force: &dyn BodyForce, step: &NodesStep<'_>) {
+        let layout = step.layout;
+        for pencil in self.pencils.clone() {
+            for index in layout.start[pencil]..layout.start[pencil + 1] {
+                let node = index - self.run.first;
+                if self.run.mass[node].to_f64() <= step.lightest {
+                    continue;
+                }
+                let position =
+                    layout.position::<D>(pencil, layout.low[pencil] + (index - layout.start[pencil]) as i32);
+                let acceleration = force.acceleration(position, step.time);
+                let record = &mut self.run.records[node * D::QUADS..(node + 1) * D::QUADS];
+                let (velocity, gain) = (grid::velocity::<R, D>(record), grid::increment::<R, D>(record));
+                let add = D::vector(|axis| step.dt * acceleration[axis]);
+                let sum = |old: D::Vector<f64>| D::vector(|axis| old[axis] + add[axis]);
+                grid::set_node::<R, D>(record, sum(velocity), sum(gain));
+            }
+        }
+    }
+
+    /// Adds to the nodes what contact changes; its sums are counted where it was found.
+    fn take_over<D: Dimension>(&mut self, changes: &TouchedNodes) {
+        let end = self.run.first + self.run.count::<D>();
+        let begin = changes.nodes.partition_point(|change| change.0 < self.run.first);
+        for &(index, change) in changes.nodes[begin..].iter().take_while(|change| change.0 < end) {
+            let node = index - self.run.first;
+            let record = &mut self.run.records[node * D::QUADS..(node + 1) * D::QUADS];
+            let (velocity, gain) = (grid::velocity::<R, D>(record), grid::increment::<R, D>(record));
+            let sum = |old: D::Vector<f64>| D::vector(|axis| old[axis] + change[axis]);
+            grid::set_node::<R, D>(record, sum(velocity), sum(gain));
+        }
+    }
+
+    /// Lets points move by smoothed increments (`smoothing`).
+    fn smooth(&mut self, touched: &TouchedNodes, step: &NodesStep<'_>) {
+        let nodes = (&self.run, step.layout, self.pencils.clone());
+        self.smoothing.find(nodes, R::from_f64(step.lightest), step.instructions);
+        for node in &self.fixed {
+            self.smoothing.leave(node.index, node.axes);
+        }
+        let owned = self.owned.start - self.run.first..self.owned.end - self.run.first;
+        let touched = touched.nodes.iter().filter(|(index, _)| self.owned.contains(index));
+        let touched = touched.map(|&(index, change)| (index - self.run.first, change));
+        self.sums.increment_energy += self.smoothing.half_work(&self.run, owned, touched);
+        self.smoothing.apply(&mut self.run);
+    }
+
+    /// Sets fixed components to zero; their reaction does no work, and what their motion held is lost.
+    fn fix<D: Dimension>(&mut self) {
+        for node in &self.fixed {
+            let record = &mut self.run.records[node.index * D::QUADS..(node.index + 1) * D::QUADS];
+            let (trial, change) = (grid::velocity::<R, D>(record), grid::increment::<R, D>(record));
+            let velocity = D::vector(|axis| if node.axes[axis] { 0.0 } else { trial[axis] });
+            let old = D::vector(|axis| trial[axis] - change[axis]);
+            grid::set_node::<R, D>(record, velocity, D::vector(|axis| velocity[axis] - old[axis]));
+            if self.owned.contains(&(self.run.first + node.index)) {
+                let mass = self.run.mass[node.index].to_f64();
+                let square: f64 =
+                    (0..D::AXES).filter(|&axis| node.axes[axis]).map(|axis| old[axis] * old[axis]).sum();
+                self.sums.contact_loss += 0.5 * mass * square;
+            }
+        }
+    }
+
+    /// Contact of the tool with nodes.
+    fn touch<D: Dimension>(&mut self, step: &NodesStep<'_>) {
+        let NodesStep { layout, tool, .. } = *step;
+        let (low, high) = tool.bounds();
+        let index = |axis: usize, x: f64| (x - layout.origin[axis]) / layout.cell;
+        let plane = layout.pencils_per_plane::<D>() as usize;
+        // Only nodes within the tool's box can be inside it.
+        let columns =
+            index(0, low[0]).ceil().max(0.0) as usize..(index(0, high[0]).floor() + 1.0).max(0.0) as usize;
+        let window =
+            (columns.start * plane).max(self.pencils.start)..(columns.end * plane).min(self.pencils.end);
+        for pencil in window {
+            let count = layout.start[pencil + 1] - layout.start[pencil];
+            let begin = layout.start[pencil].wrapping_sub(self.run.first);
+            for k in 0..count {
+                let position = layout.position::<D>(pencil, layout.low[pencil] + k as i32);
+                if position[1] < low[1] || position[1] > high[1] {
+                    continue;
+                }
+                let node = begin + k;
+                let mass = self.run.mass[node].to_f64();
+                if mass <= step.lightest {
+                    continue;
+                }
+                let record = &mut self.run.records[node * D::QUADS..(node + 1) * D::QUADS];
+                let trial = grid::velocity::<R, D>(record);
+                let Some(contact) = step.contact.correct::<D>(tool, [position[0], position[1]], &trial)
+                else {
+                    continue;
+                };
+                let gain = grid::increment::<R, D>(record);
+                let old = D::vector(|axis| trial[axis] - gain[axis]);
+                let velocity = contact.velocity;
+                let change = D::vector(|axis| velocity[axis] - old[axis]);
+                grid::set_node::<R, D>(record, velocity, change);
+                if self.owned.contains(&(self.run.first + node)) {
+                    self.sums.count_node(tool, mass, [&trial, &old], &contact);
+                }
+            }
+        }
+    }
+}
+
+impl<D: Dimension> Correction<D> {
+    /// Square of the velocity change along the directions that contact prescribes: the normal, and all when the node
+    /// sticks.
+    fn prescribed_square(&self, change: &D::Vector<f64>) -> f64 {
+        if self.slip.as_ref().iter().all(|&component| component == 0.0) {
+            change.as_ref().iter().map(|component| component * component).sum()
+        } else {
+            (change[0] * self.normal[0] + change[1] * self.normal[1]).powi(2)
+        }
+    }
+}
