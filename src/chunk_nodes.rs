@@ -74,7 +74,7 @@ impl NodeSums {
     }
 }
 
-/// What contact changes in a substep, found before the chunks set out (`touching`, `nodal_contact`).
+/// What contact changes in a substep, found beside the first half of it (`touching`, `nodal_contact`).
 #[derive(Clone, Debug, Default)]
 pub struct TouchedNodes {
     /// Index of the node in the layout and its change of velocity (m/s), in rising order.

@@ -23,7 +23,7 @@
 //!
 //! Source: Ambati et al. (2011), eqs. 18 to 23; Bardenhagen et al. (2000), doi:10.1016/S0045-7825(99)00338-2.
 //!
-//! Form of the effect: an optional pass before the chunks set out, as `touching`, on one thread; nothing of it is part
+//! Form of the effect: an optional pass before points move, as `touching`, on one thread; nothing of it is part
 //! of the state.
 
 use crate::chunk_nodes::{NodeSums, TouchedNodes};

@@ -9,6 +9,8 @@ use swarf::session::Session;
 
 /// Plastic strain above which material belongs to the chip (-), as for `chip_temperature`.
 const CHIP_STRAIN: f64 = 0.05;
+/// Share of its strength that material keeps at least where it counts as solid (-).
+const SOLID: f64 = 0.01;
 /// Communication steps of a cut.
 const STEPS: u32 = 80;
 
@@ -36,6 +38,9 @@ pub struct Numbers {
     /// Mean plastic strain of the chip (-), and its mean temperature (K).
     strain: f64,
     temperature: f64,
+    /// Points of the chip that heat has left next to no strength, and the mean plastic strain of the others (-).
+    melted: usize,
+    solid_strain: f64,
     /// Temperature at the start (K).
     start_temperature: f64,
     /// Error of the energy ledger over the tool's work (-).
@@ -74,9 +79,14 @@ impl Plan {
         let (cpu, wall) = (begin.elapsed().as_secs_f64(), clock.elapsed().as_secs_f64());
         let fields = session.point_fields();
         let surface = scene.workpiece.height - scene.inputs.feed;
-        let chip = fields.position.iter().zip(&fields.plastic_strain);
-        let chip = chip.filter(|(position, strain)| position[1] > surface && **strain > CHIP_STRAIN);
-        let (count, strain) = chip.fold((0.0, 0.0), |sum, (_, strain)| (sum.0 + 1.0, sum.1 + strain));
+        let chip = fields.position.iter().zip(&fields.plastic_strain).zip(&fields.temperature);
+        let chip = chip.filter(|((position, strain), _)| position[1] > surface && **strain > CHIP_STRAIN);
+        let chip: Vec<(f64, f64)> = chip.map(|((_, &strain), &temperature)| (strain, temperature)).collect();
+        let molten = melting(scene);
+        let solid: Vec<(f64, f64)> = chip.iter().copied().filter(|point| point.1 < molten).collect();
+        let mean_strain = |points: &[(f64, f64)]| {
+            points.iter().map(|point| point.0).sum::<f64>() / f64::max(points.len() as f64, 1.0)
+        };
         let settled = last - from.unwrap_or(last);
         let outputs = session.outputs();
         Ok(Numbers {
@@ -85,8 +95,10 @@ impl Plan {
             wall,
             substeps,
             force: impulse.map(|component| component / settled / scene.workpiece.width),
-            strain: strain / f64::max(count, 1.0),
+            strain: mean_strain(&chip),
             temperature: outputs.chip_temperature,
+            melted: chip.len() - solid.len(),
+            solid_strain: mean_strain(&solid),
             start_temperature: scene.workpiece.initial_temperature,
             balance_error: outputs.balance_error,
             mass_factor: outputs.mass_factor,
@@ -94,18 +106,33 @@ impl Plan {
     }
 }
 
+/// Temperature (K) at which the material keeps the share `SOLID` of its strength, 1 − T*ᵐ; infinite where heat does not soften it.
+fn melting(scene: &Scene) -> f64 {
+    if !scene.effects.thermal_softening {
+        return f64::INFINITY;
+    }
+    let constants = &scene.material.constants;
+    let homologous = (1.0 - SOLID).powf(1.0 / constants.thermal_exponent);
+    constants.reference_temperature
+        + homologous * (constants.melting_temperature - constants.reference_temperature)
+}
+
 impl Numbers {
     /// Prints a cut with its differences to another one.
     pub fn print(&self, name: &str, other: &Numbers) {
         let [force, thrust, strain, rise] = self.differences(other);
+        let solid = 100.0 * (self.solid_strain / other.solid_strain - 1.0);
         println!(
             "  {name:<26} {:8.1} CPU s {:7.1} s  force {:7.2} N/mm ({force:+.2} %)  thrust {:7.2} ({thrust:+.2} % of \
-             the force)  strain {:.3} ({strain:+.2} %)  {:.1} K ({rise:+.2} %)  ledger {:.3} %  mass x {:.3}",
+             the force)  strain {:.3} ({strain:+.2} %), without {} melted points {:.3} ({solid:+.2} %)  {:.1} K \
+             ({rise:+.2} %)  ledger {:.3} %  mass x {:.3}",
             self.cpu,
             self.wall,
             self.force[0] * 1e-3,
             self.force[1] * 1e-3,
             self.strain,
+            self.melted,
+            self.solid_strain,
             self.temperature,
             100.0 * self.balance_error,
             self.mass_factor
@@ -124,6 +151,8 @@ impl Numbers {
             "cutting_force_n_per_m": self.force[0],
             "thrust_force_n_per_m": self.force[1],
             "mean_chip_strain": self.strain,
+            "melted_points": self.melted,
+            "mean_solid_chip_strain": self.solid_strain,
             "mean_chip_temperature_k": self.temperature,
             "ledger_error": self.balance_error,
             "mass_factor": self.mass_factor,
