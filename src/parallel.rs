@@ -10,8 +10,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 
-/// Looks for work, a few tens of nanoseconds each, after which a waiting thread lets other programs have its processor
-/// between two looks: longer than contact takes on one thread.
+/// Looks for work after which a waiting thread lets other programs have its processor between two of them.
 const EAGER_LOOKS: u32 = 2000;
 
 /// Runs `work` in a pool of threads that have ended when this returns.
