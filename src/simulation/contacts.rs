@@ -7,7 +7,7 @@ use crate::contact_nodes::Conditions;
 use crate::dimension::Dimension;
 use crate::material::ConstitutiveModel;
 use crate::nodal_contact::NodalContact;
-use crate::parallel::take_turns;
+use crate::parallel::for_each;
 use crate::shape::ShapeFunction;
 use crate::simd::Real;
 use crate::sticking::Strength;
@@ -43,24 +43,14 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         let mut touching = mem::take(&mut self.touching);
         let mut nodal_contact = mem::take(&mut self.nodal_contact);
         let (incoming, step) = (&self.partition.incoming, self.nodes_step(dt));
-        if parallel {
-            // What takes longest comes first.
-            let parts = iter::once(Part::Contact(&mut touching, &mut nodal_contact));
-            take_turns(parts.chain(nodes.iter_mut().map(Part::Nodes)), |part| match part {
-                Part::Contact(touching, nodal_contact) => self.solve_contact(touching, nodal_contact, dt),
-                Part::Nodes(nodes) => nodes.add_up::<D>(incoming, &step),
-            });
-            let touched = self.touched_of(&touching, &nodal_contact);
-            take_turns(nodes.iter_mut(), |nodes| nodes.finish::<D>(touched, &step));
-        } else {
-            self.solve_contact(&mut touching, &mut nodal_contact, dt);
-            let touched = self.touched_of(&touching, &nodal_contact);
-            // One half right after the other finds the nodes in the processor's caches.
-            for nodes in &mut nodes {
-                nodes.add_up::<D>(incoming, &step);
-                nodes.finish::<D>(touched, &step);
-            }
-        }
+        // What takes longest comes first.
+        let parts = iter::once(Part::Contact(&mut touching, &mut nodal_contact));
+        for_each(parts.chain(nodes.iter_mut().map(Part::Nodes)), parallel, |part| match part {
+            Part::Contact(touching, nodal_contact) => self.solve_contact(touching, nodal_contact, dt),
+            Part::Nodes(nodes) => nodes.add_up::<D>(incoming, &step),
+        });
+        let touched = self.touched_of(&touching, &nodal_contact);
+        for_each(nodes.iter_mut(), parallel, |nodes| nodes.finish::<D>(touched, &step));
         self.partition.nodes = nodes;
         (self.touching, self.nodal_contact) = (touching, nodal_contact);
     }
