@@ -4,7 +4,7 @@
 
 pub mod error;
 pub mod simd;
-pub mod bulk;
+pub mod checkpoint;
 pub mod dimension;
 pub mod shape;
 pub mod stability;

@@ -11,7 +11,7 @@
 //! Sorted points go to a second set of blocks, which then changes places with the first: after the first sorts no
 //! memory is asked for.
 
-use crate::bulk::{Bulk, BulkReader};
+use crate::checkpoint::{Bulk, BulkReader};
 use crate::chunk::Chunk;
 use crate::chunk_nodes::ChunkNodes;
 use crate::dimension::Dimension;

@@ -5,7 +5,7 @@
 //! take the fraction of the last substep's impulse that belongs to it. So the state after a span of time does not
 //! depend on how the span is cut into communication steps.
 
-use crate::bulk::Bulk;
+use crate::checkpoint::Bulk;
 use crate::checks;
 use crate::chip::{Survey, shear_angle};
 use crate::composition;

@@ -1,6 +1,6 @@
 //! A simulation as the rest of the program sees it, whatever its effects, dimension and precision are.
 
-use crate::bulk::Bulk;
+use crate::checkpoint::Bulk;
 use crate::chip_tail::TailMotion;
 use crate::contact::RigidTool;
 use crate::dimension::Dimension;

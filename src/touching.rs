@@ -20,7 +20,7 @@
 //! sorted or may have come from further away than `REACH`; the list only saves looking at the others. The pass runs on
 //! one thread: its result does not depend on how many there are.
 
-use crate::bulk::{Bulk, BulkReader};
+use crate::checkpoint::{Bulk, BulkReader};
 use crate::chunk_nodes::{NodeSums, TouchedNodes};
 use crate::contact_nodes::{Conditions, NodeStart, assemble, closest, for_each_weight, from_tool};
 use crate::dimension::Dimension;

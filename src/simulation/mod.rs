@@ -7,7 +7,7 @@ mod options;
 pub use options::Options;
 
 use crate::body_force::BodyForce;
-use crate::bulk::Bulk;
+use crate::checkpoint::Bulk;
 use crate::chip_tail::TailMotion;
 use crate::chunk::{Chunk, Substep};
 use crate::chunk_nodes::{ChunkNodes, NodesStep};
