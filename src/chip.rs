@@ -2,8 +2,8 @@
 //!
 //! The chip is the material above the machined surface whose equivalent plastic strain exceeds 0.05.
 
-use crate::contact::RigidTool;
 use crate::simulation::PointView;
+use crate::tool::RigidTool;
 
 /// Equivalent plastic strain from which material above the machined surface is chip (-).
 const CHIP_STRAIN: f64 = 0.05;

@@ -8,12 +8,13 @@
 //!    will do to the points.
 
 use crate::body_force::BodyForce;
-use crate::contact::{Contact, Correction, RigidTool};
+use crate::contact::{Contact, Correction};
 use crate::dimension::Dimension;
 use crate::grid::{self, FixedNodes, Layout, MARGIN};
 use crate::guards::{Bounds, BoundsPass};
 use crate::simd::{InstructionSet, Real, dispatch};
 use crate::smoothing::Smoothing;
+use crate::tool::RigidTool;
 use crate::transfer::{NodeRun, NodesPass};
 use std::ops::Range;
 

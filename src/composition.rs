@@ -15,7 +15,7 @@
 use crate::affine::Affine;
 use crate::checks::cell;
 use crate::chip_tail::ChipTail;
-use crate::contact::{Contact, RigidTool};
+use crate::contact::Contact;
 use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use crate::error::Error;
 use crate::grid::{FixedNodes, Layout, MARGIN};
@@ -38,8 +38,9 @@ use crate::segmentation::StartLattice;
 use crate::shape::{Gimp, Linear, ShapeFunction};
 use crate::simd::{InstructionSet, Real};
 use crate::simulation::{Options, Simulation, Solver};
+use crate::tool::RigidTool;
+use crate::tool::profile::ToolShape;
 use crate::tool_heat::ToolBody;
-use crate::tool_shape::ToolShape;
 use crate::window::ActiveWindow;
 
 /// One line on which effects run and why.

@@ -5,20 +5,8 @@
 //! Coulomb friction allows. The impulse m (v − v_trial) is the force on the workpiece times the substep.
 
 use crate::dimension::Dimension;
-use crate::tool_shape::{Face, ToolShape};
-
-/// The tool's shape, place and motion.
-#[derive(Clone, Debug)]
-pub struct RigidTool {
-    /// Cross-section; its origin is the tool's lowest point.
-    pub shape: ToolShape,
-    /// Position of the lowest point from the workpiece's lower left corner (m).
-    pub position: [f64; 2],
-    /// Velocity (m/s).
-    pub velocity: [f64; 2],
-    /// Coulomb coefficient (-).
-    pub friction: f64,
-}
+use crate::tool::RigidTool;
+use crate::tool::profile::Face;
 
 /// What contact makes of a node.
 #[derive(Clone, Copy, Debug)]
@@ -87,26 +75,11 @@ pub fn coulomb<D: Dimension>(
     Some(Correction { velocity: D::vector(|axis| of_tool(axis) + slip[axis]), slip, normal, rake_coordinate })
 }
 
-impl RigidTool {
-    /// Moves the tool through a substep (s).
-    pub fn advance(&mut self, dt: f64) {
-        for axis in 0..2 {
-            self.position[axis] += dt * self.velocity[axis];
-        }
-    }
-
-    /// Corners of the box around the tool (m).
-    pub fn bounds(&self) -> ([f64; 2], [f64; 2]) {
-        let (low, high) = self.shape.bounds();
-        let moved = |corner: [f64; 2]| [corner[0] + self.position[0], corner[1] + self.position[1]];
-        (moved(low), moved(high))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::dimension::{PlaneStrain, ThreeDimensional};
+    use crate::tool::profile::ToolShape;
 
     fn tool(friction: f64) -> RigidTool {
         let shape = ToolShape::new(0.1, 0.0873, 0.0, 5e-4, 1e-3).expect("a plain wedge");

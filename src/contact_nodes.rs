@@ -1,7 +1,6 @@
 //! What the passes of contact (`touching`, `nodal_contact`) see of points and nodes before a substep.
 
 use crate::body_force::BodyForce;
-use crate::contact::RigidTool;
 use crate::dimension::Dimension;
 use crate::grid::Layout;
 use crate::impulses::Node;
@@ -9,7 +8,8 @@ use crate::partition::Partition;
 use crate::points::{Block, PointState};
 use crate::shape::ShapeFunction;
 use crate::simd::{InstructionSet, Kernel, Real, Simd, Vector, dispatch};
-use crate::tool_shape::Closest;
+use crate::tool::RigidTool;
+use crate::tool::profile::Closest;
 use crate::transfer::first_node;
 
 /// What the substep is about, beside points and nodes.

@@ -9,7 +9,7 @@ pub mod dimension;
 pub mod shape;
 pub mod stability;
 pub mod scene;
-pub mod tool_shape;
+pub mod tool;
 pub mod points;
 pub mod material;
 pub mod affine;

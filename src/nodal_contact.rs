@@ -35,7 +35,7 @@ use crate::points::{BLOCK, PointState};
 use crate::rigid_points::RigidPoints;
 use crate::shape::ShapeFunction;
 use crate::simd::Real;
-use crate::tool_shape::Face;
+use crate::tool::profile::Face;
 
 /// The list of near points is made anew when points and tool may have moved this far (cells).
 const MOTION: f64 = 1.0;

@@ -257,7 +257,7 @@ mod tests {
     #[test]
     fn tractions_are_those_of_the_inclined_face() {
         let (p, tau, rake) = (2e9, 0.4e9, 0.2_f64);
-        let shape = crate::tool_shape::ToolShape::new(rake, 0.1, 2e-5, 5e-4, 1e-3).unwrap();
+        let shape = crate::tool::profile::ToolShape::new(rake, 0.1, 2e-5, 5e-4, 1e-3).unwrap();
         let tip = [1e-3, 3e-4];
         let outline: Vec<[f64; 2]> =
             shape.outline(16).iter().map(|q| [q[0] + tip[0], q[1] + tip[1]]).collect();

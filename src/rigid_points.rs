@@ -5,7 +5,7 @@
 //! lattice. They are kept by squares of a cell, from the tool's lowest point, and move with it. In space the tool is the
 //! same everywhere along z.
 
-use crate::tool_shape::ToolShape;
+use crate::tool::profile::ToolShape;
 
 /// Distance of the tool's points (cells).
 const SPACING: f64 = 0.5;

@@ -2,7 +2,6 @@
 
 use crate::checkpoint::Bulk;
 use crate::chip_tail::TailMotion;
-use crate::contact::RigidTool;
 use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::grid::Layout;
@@ -11,6 +10,7 @@ use crate::ledger::Ledger;
 use crate::material::PointReport;
 use crate::points::{Block, PointState};
 use crate::simd::Real;
+use crate::tool::RigidTool;
 use crate::window::Edges;
 use serde::{Deserialize, Serialize};
 

@@ -16,7 +16,6 @@
 //!
 //! Form of the effect: part of the conduction pass; without it nothing is kept or done.
 
-use crate::contact::RigidTool;
 use crate::dimension::Dimension;
 use crate::grid::Layout;
 use crate::heat::{HeatTotals, NodeHeat, warm};
@@ -24,7 +23,8 @@ use crate::material::ConstitutiveModel;
 use crate::partition::Partition;
 use crate::points::BLOCK;
 use crate::simd::Real;
-use crate::tool_shape::ToolShape;
+use crate::tool::RigidTool;
+use crate::tool::profile::ToolShape;
 
 /// Largest part of the explicit limit that a step of the tool's own may take (-).
 const FRACTION: f64 = 0.5;

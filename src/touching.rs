@@ -31,7 +31,7 @@ use crate::points::{BLOCK, Block, PointState};
 use crate::shape::ShapeFunction;
 use crate::simd::{Real, dispatch};
 use crate::sticking::{Layer, SLIDING, Sticking, Strength};
-use crate::tool_shape::Face;
+use crate::tool::profile::Face;
 
 /// Points are listed up to this far from the tool, beyond half their width (cells).
 const REACH: f64 = 1.0;

@@ -20,7 +20,6 @@
 //! Form of the effect: an optional pass when points are sorted; without it nothing is kept or done.
 
 use crate::chip_tail;
-use crate::contact::RigidTool;
 use crate::dimension::Dimension;
 use crate::grid::{FixedNodes, Layout};
 use crate::heap::Heap;
@@ -28,6 +27,7 @@ use crate::partition::Partition;
 use crate::points::{BLOCK, Block, PointState};
 use crate::scene::Scene;
 use crate::simd::Real;
+use crate::tool::RigidTool;
 use serde::{Deserialize, Serialize};
 
 /// Reach behind and below the tool over that ahead of it (-).

@@ -3,12 +3,13 @@
 mod common;
 
 use common::{Lattice, ROOM, SteelBlock, SteelState, points};
-use swarf::contact::{Contact, RigidTool};
+use swarf::contact::Contact;
 use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use swarf::grid::FixedNodes;
 use swarf::shape::Gimp;
 use swarf::simulation::{Drive, PointView, Solver};
-use swarf::tool_shape::ToolShape;
+use swarf::tool::RigidTool;
+use swarf::tool::profile::ToolShape;
 
 const CELL: f64 = 4e-5;
 /// Cells along x, y and z.

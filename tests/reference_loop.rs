@@ -6,13 +6,14 @@ mod plain;
 
 use common::{Lattice, Random, SteelBlock, points, steel_4340};
 use plain::ReferenceLoop;
-use swarf::contact::{Contact, RigidTool};
+use swarf::contact::Contact;
 use swarf::dimension::PlaneStrain;
 use swarf::grid::FixedNodes;
 use swarf::shape::Gimp;
 use swarf::simd::InstructionSet;
 use swarf::simulation::{Drive, Solver};
-use swarf::tool_shape::ToolShape;
+use swarf::tool::RigidTool;
+use swarf::tool::profile::ToolShape;
 
 const CELL: f64 = 4e-5;
 /// Cells along the block's edges: 960 points.

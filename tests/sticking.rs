@@ -4,7 +4,6 @@ mod common;
 
 use common::{Lattice, ROOM, SteelState, steel, steel_4340, update};
 use std::sync::Arc;
-use swarf::contact::RigidTool;
 use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use swarf::material::{ConstitutiveModel, PointReport, Totals};
 use swarf::points::PointState;
@@ -14,7 +13,8 @@ use swarf::shape::Gimp;
 use swarf::simd::Vector;
 use swarf::simulation::{Drive, Solver};
 use swarf::study::verification::arena::{Arena, Steel, lattice, never_yielding};
-use swarf::tool_shape::ToolShape;
+use swarf::tool::RigidTool;
+use swarf::tool::profile::ToolShape;
 
 /// An elastic body whose surface shears at a strength of its own, so that only the contact can limit the traction.
 #[derive(Clone)]

@@ -3,13 +3,14 @@
 mod common;
 
 use common::{Lattice, SteelBlock, SteelState, elastic, kinetic, points, total};
-use swarf::contact::{Contact, RigidTool};
+use swarf::contact::Contact;
 use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use swarf::scene::Scene;
 use swarf::session::Session;
 use swarf::shape::Gimp;
 use swarf::simulation::{Drive, Solver};
-use swarf::tool_shape::ToolShape;
+use swarf::tool::RigidTool;
+use swarf::tool::profile::ToolShape;
 
 /// The laws of `numerics.contact`.
 const LAWS: [Contact; 3] = [Contact::Surface, Contact::Distance, Contact::Velocity];

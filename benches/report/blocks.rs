@@ -3,12 +3,12 @@
 
 use crate::common::{BlockIn, Lattice, StateIn, steel_4340};
 use crate::plain::ReferenceLoop;
-use swarf::contact::RigidTool;
 use swarf::dimension::Dimension;
 use swarf::shape::Gimp;
 use swarf::simd::Real;
 use swarf::simulation::Drive;
-use swarf::tool_shape::ToolShape;
+use swarf::tool::RigidTool;
+use swarf::tool::profile::ToolShape;
 
 /// Share of the block that yields at first (-): that of a cut.
 pub const BAND: f64 = 0.07;

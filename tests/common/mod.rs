@@ -3,7 +3,7 @@
 // Each test file uses its own part of this module.
 #![allow(dead_code)]
 
-use swarf::contact::{Contact, RigidTool};
+use swarf::contact::Contact;
 use swarf::dimension::Dimension;
 use swarf::grid::{FixedNodes, Layout};
 use swarf::material::effects::{Adiabatic, Softening, Temperature};
@@ -16,7 +16,8 @@ use swarf::scene::{Constants, Scene};
 use swarf::shape::ShapeFunction;
 use swarf::simd::{InstructionSet, Kernel, Real, Simd, Vector, dispatch};
 use swarf::simulation::{Drive, Options, PointView, Simulation, Solver};
-use swarf::tool_shape::ToolShape;
+use swarf::tool::RigidTool;
+use swarf::tool::profile::ToolShape;
 
 /// The full Johnson–Cook model with rate and adiabatic heat.
 pub type SteelIn<R> = JohnsonCook<R, RateDependent<R>, Adiabatic<R, true>>;

@@ -6,9 +6,9 @@
 //! signed distance, which has its own oracle in `src/tool_shape/tests.rs`. Equation numbers: Ambati et al. (2011).
 
 use crate::common::{Lattice, ROOM};
-use swarf::contact::RigidTool;
 use swarf::scene::Constants;
 use swarf::simulation::Drive;
+use swarf::tool::RigidTool;
 
 /// Material points, one array per quantity.
 #[derive(Clone, Default)]

@@ -6,7 +6,6 @@
 use super::Setting;
 use super::sheet::Sheet;
 use super::watched::{NO_SLOPE, Watched, cut, soundness};
-use crate::contact::RigidTool;
 use crate::dimension::PlaneStrain;
 use crate::scene::Inputs;
 use crate::shape::Gimp;
@@ -14,6 +13,7 @@ use crate::simulation::Solver;
 use crate::study::verification::arena::{
     Arena, NO_DRIVE, elastic, kinetic, lattice, points, steel, steel_4340, total, upright_block,
 };
+use crate::tool::RigidTool;
 
 /// Fills the sheet.
 pub fn fill(setting: &Setting, sheet: &mut Sheet) {

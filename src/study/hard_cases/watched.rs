@@ -4,7 +4,7 @@ use super::Sheet;
 use crate::Error;
 use crate::scene::{Constants, Inputs, Scene};
 use crate::session::{Advance, Outputs, PointFields, Session};
-use crate::tool_shape::ToolShape;
+use crate::tool::profile::ToolShape;
 use rayon::prelude::*;
 
 /// Inputs that stay as they are.

@@ -1,6 +1,6 @@
 //! Bodies of any outline and material on a grid, built without a scene.
 
-use crate::contact::{Contact, RigidTool};
+use crate::contact::Contact;
 use crate::dimension::Dimension;
 use crate::grid::{FixedNodes, Layout};
 use crate::material::ConstitutiveModel;
@@ -13,7 +13,8 @@ use crate::scene::{Constants, Scene};
 use crate::shape::ShapeFunction;
 use crate::simd::InstructionSet;
 use crate::simulation::{Drive, Options, PointView, Simulation, Solver};
-use crate::tool_shape::ToolShape;
+use crate::tool::RigidTool;
+use crate::tool::profile::ToolShape;
 
 /// The Johnson–Cook model with rate and adiabatic heat.
 pub type Steel = JohnsonCook<f64, RateDependent<f64>, Adiabatic<f64, true>>;

@@ -11,12 +11,13 @@
 use super::Report;
 use super::arena::{Arena, Seed, lattice, never_yielding, points, steel, steel_4340, total};
 use super::report::{line, panel};
-use crate::contact::{Contact, RigidTool};
+use crate::contact::Contact;
 use crate::dimension::PlaneStrain;
 use crate::scene::Constants;
 use crate::shape::Gimp;
 use crate::simulation::{Drive, PointView, Solver};
-use crate::tool_shape::ToolShape;
+use crate::tool::RigidTool;
+use crate::tool::profile::ToolShape;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 

@@ -14,13 +14,14 @@
 use super::Report;
 use super::arena::{self, Arena, Seed, lattice, perfectly_plastic, points, steel, steel_4340, total};
 use super::report::{line, panel};
-use crate::contact::{Contact, RigidTool};
+use crate::contact::Contact;
 use crate::dimension::PlaneStrain;
 use crate::grid::FixedNodes;
 use crate::material::ConstitutiveModel;
 use crate::scene::Constants;
 use crate::shape::Gimp;
 use crate::simulation::{Drive, PointView, Solver};
+use crate::tool::RigidTool;
 
 /// Speed of the piston: the reference cut's tool (m/s).
 pub const SPEED: f64 = 50.0;

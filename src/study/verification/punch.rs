@@ -9,12 +9,13 @@
 use super::Report;
 use super::arena::{self, Arena, lattice, perfectly_plastic, points, steel, steel_4340};
 use super::report::{line, panel};
-use crate::contact::{Contact, RigidTool};
+use crate::contact::Contact;
 use crate::dimension::PlaneStrain;
 use crate::grid::FixedNodes;
 use crate::scene::Constants;
 use crate::shape::Gimp;
 use crate::simulation::{Drive, PointView, Solver};
+use crate::tool::RigidTool;
 use std::f64::consts::PI;
 
 /// Half the punch's width (m).
