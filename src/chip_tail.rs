@@ -23,8 +23,8 @@
 
 use crate::dimension::Dimension;
 use crate::grid::Layout;
-use crate::heap::Heap;
 use crate::partition::Partition;
+use crate::points::inactive::Heap;
 use crate::points::{BLOCK, Block, PointState};
 use crate::scene::Scene;
 use crate::simd::Real;

@@ -27,7 +27,6 @@ pub mod ledger;
 pub mod watch;
 pub mod partition;
 pub mod inertia;
-pub mod heap;
 pub mod chip_tail;
 pub mod window;
 pub mod impulses;

@@ -22,8 +22,8 @@
 use crate::chip_tail;
 use crate::dimension::Dimension;
 use crate::grid::{FixedNodes, Layout};
-use crate::heap::Heap;
 use crate::partition::Partition;
+use crate::points::inactive::Heap;
 use crate::points::{BLOCK, Block, PointState};
 use crate::scene::Scene;
 use crate::simd::Real;
