@@ -3,13 +3,13 @@
 use crate::chip_tail::LEAST_REACH;
 use crate::dimension::{PlaneStrain, ThreeDimensional};
 use crate::error::Error;
+use crate::grid::shape_function::Gimp;
 use crate::levels;
 use crate::material::library;
 use crate::price_list;
 use crate::scene::{
     ContactChoice, DimensionChoice, Heat, Law, Precision, Scene, SceneKind, ShapeChoice, TransferChoice,
 };
-use crate::shape::Gimp;
 use crate::stability;
 
 /// Checks what belongs together and refuses what this version does not have; fills in a library material's constants.

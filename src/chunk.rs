@@ -16,9 +16,9 @@
 use crate::chunk_nodes::ChunkNodes;
 use crate::dimension::Dimension;
 use crate::grid::Layout;
+use crate::grid::shape_function::ShapeFunction;
 use crate::material::ConstitutiveModel;
 use crate::points::{Block, PointState};
-use crate::shape::ShapeFunction;
 use crate::simd::{InstructionSet, Real, dispatch};
 use crate::transfer::{Look, NodeRun, PassSums, PointsPass, Suspect};
 use crate::velocity_range::{self, Stray};

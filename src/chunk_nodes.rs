@@ -7,9 +7,9 @@
 //! 2. what contact changes is added, increments are smoothed where the scene wants it, and the substep is judged by what it
 //!    will do to the points.
 
-use crate::body_force::BodyForce;
 use crate::contact::{Contact, Correction};
 use crate::dimension::Dimension;
+use crate::grid::body_force::BodyForce;
 use crate::grid::{self, FixedNodes, Layout, MARGIN};
 use crate::guards::{Bounds, BoundsPass};
 use crate::simd::{InstructionSet, Real, dispatch};

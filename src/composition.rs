@@ -18,6 +18,7 @@ use crate::chip_tail::ChipTail;
 use crate::contact::Contact;
 use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use crate::error::Error;
+use crate::grid::shape_function::{Gimp, Linear, ShapeFunction};
 use crate::grid::{FixedNodes, Layout, MARGIN};
 use crate::heat::HeatConduction;
 use crate::inertia::MassScaling;
@@ -35,7 +36,6 @@ use crate::scene::{
     ContactChoice, DimensionChoice, Heat, Law, Precision, Scene, ShapeChoice, TransferChoice,
 };
 use crate::segmentation::StartLattice;
-use crate::shape::{Gimp, Linear, ShapeFunction};
 use crate::simd::{InstructionSet, Real};
 use crate::simulation::{Options, Simulation, Solver};
 use crate::tool::RigidTool;

@@ -1,12 +1,12 @@
 //! What the passes of contact (`touching`, `nodal_contact`) see of points and nodes before a substep.
 
-use crate::body_force::BodyForce;
 use crate::dimension::Dimension;
 use crate::grid::Layout;
+use crate::grid::body_force::BodyForce;
+use crate::grid::shape_function::ShapeFunction;
 use crate::impulses::Node;
 use crate::partition::Partition;
 use crate::points::{Block, PointState};
-use crate::shape::ShapeFunction;
 use crate::simd::{InstructionSet, Kernel, Real, Simd, Vector, dispatch};
 use crate::tool::RigidTool;
 use crate::tool::profile::Closest;

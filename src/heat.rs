@@ -34,12 +34,12 @@
 //! Form of the effect: an optional pass; the points' kernel is the adiabatic one.
 
 use crate::dimension::Dimension;
+use crate::grid::shape_function::ShapeFunction;
 use crate::grid::{FixedNodes, Layout};
 use crate::heat_nodes::HeatNode;
 use crate::material::ConstitutiveModel;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block, Column, Places};
-use crate::shape::ShapeFunction;
 use crate::simd::Real;
 use crate::stencils::{ExactStencils, for_each_node};
 use serde::{Deserialize, Serialize};

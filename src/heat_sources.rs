@@ -15,11 +15,11 @@
 
 use crate::dimension::Dimension;
 use crate::grid::Layout;
+use crate::grid::shape_function::ShapeFunction;
 use crate::heat::{HeatTotals, NodeHeat, warm};
 use crate::material::ConstitutiveModel;
 use crate::partition::Partition;
 use crate::points::Places;
-use crate::shape::ShapeFunction;
 use crate::simd::Real;
 use crate::stencils::{ExactStencils, for_each_node};
 

@@ -22,12 +22,12 @@
 
 use crate::chunk::Chunk;
 use crate::dimension::Dimension;
+use crate::grid::shape_function::ShapeFunction;
 use crate::grid::{Layout, Record, add_force};
 use crate::material::ConstitutiveModel;
 use crate::parallel::for_each;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block, Places, PointState};
-use crate::shape::ShapeFunction;
 use crate::simd::Real;
 use crate::stencils::{Stencils, for_each_node};
 use crate::transfer::NodeRun;

@@ -27,7 +27,7 @@
 //! little else (Lanczos, 1950; without orthogonalising again, since copies of λ do no harm). Derived here.
 
 use crate::dimension::Dimension;
-use crate::shape::ShapeFunction;
+use crate::grid::shape_function::ShapeFunction;
 use crate::simd::{Array, Vector};
 use nalgebra::DMatrix;
 
@@ -259,7 +259,7 @@ impl<D: Dimension> Block<D> {
 mod tests {
     use super::*;
     use crate::dimension::{PlaneStrain, ThreeDimensional};
-    use crate::shape::{Gimp, Linear};
+    use crate::grid::shape_function::{Gimp, Linear};
     use nalgebra::SymmetricEigen;
 
     /// The matrices themselves, and all their eigenvalues: with M^(1/2) on both sides I − P/2 and M⁻¹K are symmetric, and

@@ -6,8 +6,8 @@
 
 use crate::dimension::Dimension;
 use crate::grid::Layout;
+use crate::grid::shape_function::ShapeFunction;
 use crate::points::{BLOCK, Column, Places};
-use crate::shape::ShapeFunction;
 use crate::simd::{Array, InstructionSet, Kernel, Real, Simd, Vector, dispatch};
 use crate::transfer::first_node;
 

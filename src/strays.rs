@@ -26,10 +26,10 @@
 
 use crate::chunk::Chunk;
 use crate::dimension::Dimension;
+use crate::grid::shape_function::ShapeFunction;
 use crate::grid::{self, Layout};
 use crate::partition::Partition;
 use crate::points::{BLOCK, Column, Places, PointState};
-use crate::shape::ShapeFunction;
 use crate::simd::Real;
 use crate::stencils::{PointWeights, StencilNodes, for_each_node, stencil_nodes};
 use crate::transfer::NodeRun;

@@ -2,8 +2,8 @@
 
 use crate::dimension::Dimension;
 use crate::grid::Layout;
+use crate::grid::shape_function::ShapeFunction;
 use crate::points::{Column, Places};
-use crate::shape::ShapeFunction;
 use crate::simd::Real;
 use crate::stencils::{PointWeights, for_each_node};
 use crate::transfer::{NodeRun, Suspect};

@@ -4,8 +4,8 @@ mod common;
 
 use common::{Lattice, ROOM, Random, distant_tool, never_yielding, points, steel_4340};
 use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
+use swarf::grid::shape_function::{Gimp, Linear, ShapeFunction};
 use swarf::heat::HeatTotals;
-use swarf::shape::{Gimp, Linear, ShapeFunction};
 use swarf::simd::Real;
 use swarf::simulation::Solver;
 use swarf::study::verification::heat::{Case, conduction, erfc, run};

@@ -7,8 +7,8 @@ use common::{
 };
 use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use swarf::grid::FixedNodes;
+use swarf::grid::shape_function::{Gimp, Linear, ShapeFunction};
 use swarf::scene::Constants;
-use swarf::shape::{Gimp, Linear, ShapeFunction};
 use swarf::simulation::{PointView, Solver};
 
 /// A free block that is strained, stressed, turning, and shaken at random.

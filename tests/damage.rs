@@ -4,6 +4,7 @@ mod common;
 
 use common::{ROOM, Random, steel, steel_4340};
 use swarf::dimension::PlaneStrain;
+use swarf::grid::shape_function::Gimp;
 use swarf::material::damage::{JohnsonCookDamage, Progress};
 use swarf::material::effects::{Adiabatic, Softening, Temperature};
 use swarf::material::hardening::PowerLaw;
@@ -12,7 +13,6 @@ use swarf::material::rate::RateDependent;
 use swarf::material::{ConstitutiveModel, Totals};
 use swarf::points::{BLOCK, PointState};
 use swarf::scene::Constants;
-use swarf::shape::Gimp;
 use swarf::simd::{InstructionSet, Kernel, Simd, Vector, dispatch};
 use swarf::simulation::Solver;
 use swarf::study::verification::arena::{self, Arena, NO_DRIVE, distant_tool, lattice, points, total};

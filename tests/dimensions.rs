@@ -6,7 +6,7 @@ use common::{Lattice, ROOM, SteelBlock, SteelState, points};
 use swarf::contact::Contact;
 use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use swarf::grid::FixedNodes;
-use swarf::shape::Gimp;
+use swarf::grid::shape_function::Gimp;
 use swarf::simulation::{Drive, PointView, Solver};
 use swarf::tool::RigidTool;
 use swarf::tool::profile::ToolShape;

@@ -1,7 +1,7 @@
 //! Manufactured solutions with a material of the tests' own (`study::verification::manufactured`).
 
 use swarf::dimension::{PlaneStrain, ThreeDimensional};
-use swarf::shape::Gimp;
+use swarf::grid::shape_function::Gimp;
 use swarf::study::verification::manufactured::{AxisAligned, Vortex, axis_aligned, order, vortex};
 
 /// The formulas give the published samples (tests/data/mms_body_force_samples.csv, its origin is in the README there), whose

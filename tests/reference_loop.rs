@@ -9,7 +9,7 @@ use plain::ReferenceLoop;
 use swarf::contact::Contact;
 use swarf::dimension::PlaneStrain;
 use swarf::grid::FixedNodes;
-use swarf::shape::Gimp;
+use swarf::grid::shape_function::Gimp;
 use swarf::simd::InstructionSet;
 use swarf::simulation::{Drive, Solver};
 use swarf::tool::RigidTool;

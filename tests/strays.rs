@@ -7,8 +7,8 @@ use common::{
     Lattice, NO_DRIVE, SteelBlock, distant_tool, elastic, kinetic, never_yielding, points, steel_4340, total,
 };
 use swarf::dimension::PlaneStrain;
+use swarf::grid::shape_function::Gimp;
 use swarf::scene::Constants;
-use swarf::shape::Gimp;
 use swarf::simulation::{PointView, Solver};
 
 /// A free block of 18 by 14 cells with a velocity (m/s) at each place (m).

@@ -1,6 +1,6 @@
 //! An elastic bar in its first mode, held at one end and in flight (`study::verification::bar`).
 
-use swarf::shape::{Gimp, Linear};
+use swarf::grid::shape_function::{Gimp, Linear};
 use swarf::study::verification::bar::{Bar, Outcome, exact_period, run};
 
 /// Prints and checks period and energy.

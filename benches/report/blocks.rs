@@ -4,7 +4,7 @@
 use crate::common::{BlockIn, Lattice, StateIn, steel_4340};
 use crate::plain::ReferenceLoop;
 use swarf::dimension::Dimension;
-use swarf::shape::Gimp;
+use swarf::grid::shape_function::Gimp;
 use swarf::simd::Real;
 use swarf::simulation::Drive;
 use swarf::tool::RigidTool;

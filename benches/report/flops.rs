@@ -10,7 +10,7 @@ use std::fmt;
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use swarf::dimension::Dimension;
-use swarf::shape::Gimp;
+use swarf::grid::shape_function::Gimp;
 use swarf::simd::{Array, InstructionSet, Kernel, Real, Simd, Vector};
 use swarf::simulation::Solver;
 

@@ -2,10 +2,10 @@
 
 use super::Simulation;
 use crate::dimension::Dimension;
+use crate::grid::shape_function::ShapeFunction;
 use crate::heat::NodeHeat;
 use crate::heat_sources;
 use crate::material::ConstitutiveModel;
-use crate::shape::ShapeFunction;
 use crate::simd::Real;
 use crate::solver::Progress;
 

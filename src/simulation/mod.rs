@@ -6,13 +6,14 @@ mod options;
 
 pub use options::Options;
 
-use crate::body_force::BodyForce;
 use crate::checkpoint::Bulk;
 use crate::chip_tail::TailMotion;
 use crate::chunk::{Chunk, Substep};
 use crate::chunk_nodes::{ChunkNodes, NodesStep};
 use crate::dimension::Dimension;
 use crate::error::Error;
+use crate::grid::body_force::BodyForce;
+use crate::grid::shape_function::ShapeFunction;
 use crate::guards::{self, Bounds, MOST_RETRIES};
 use crate::heat::{HeatConduction, HeatTotals};
 use crate::ledger::Ledger;
@@ -22,7 +23,6 @@ use crate::nodal_contact::NodalContact;
 use crate::parallel::take_turns;
 use crate::partition::{MOST_CHUNKS, Partition};
 use crate::points::{BLOCK, Block, PointState};
-use crate::shape::ShapeFunction;
 use crate::simd::Real;
 pub use crate::solver::{Drive, PointView, Progress, Solver};
 use crate::strays::{self, StrayVelocities};

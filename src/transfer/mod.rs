@@ -45,9 +45,9 @@ pub use nodes::{NodeRun, NodesPass, first_node};
 
 use crate::dimension::Dimension;
 use crate::grid::Layout;
+use crate::grid::shape_function::ShapeFunction;
 use crate::material::{ConstitutiveModel, Totals};
 use crate::points::{BLOCK, Block, Column, PointState};
-use crate::shape::ShapeFunction;
 use crate::simd::pair::{Pair, load_transposed, store_transposed};
 use crate::simd::{Kernel, Mask, Real, Simd, Vector, each, inlined};
 use look::Differences;

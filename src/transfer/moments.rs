@@ -18,8 +18,8 @@
 use super::to_grid::ToGrid;
 use super::to_points::ToPoints;
 use crate::dimension::Dimension;
+use crate::grid::shape_function::ShapeFunction;
 use crate::points::{Block, PointState};
-use crate::shape::ShapeFunction;
 use crate::simd::{Kernel, Real, Simd, Vector};
 
 /// Stages 1 and 2, or stage 4, for points with an affine field.

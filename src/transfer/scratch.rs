@@ -4,8 +4,8 @@
 //! the last one's companion would be lies behind the last lane: read and written there, used nowhere.
 
 use crate::dimension::Dimension;
+use crate::grid::shape_function::ShapeFunction;
 use crate::points::{BLOCK, Column};
-use crate::shape::ShapeFunction;
 use crate::simd::{Real, Simd, Vector, each};
 
 /// Places behind the last lane: at least `Simd::ABREAST` - 1.

@@ -6,9 +6,9 @@ use super::moments::times_k;
 use super::nodes::{NodeRun, first_node};
 use super::scratch::{Scratch, load, store_stencils, together, transverse, way_along};
 use crate::dimension::Dimension;
+use crate::grid::shape_function::ShapeFunction;
 use crate::grid::{Layout, Record};
 use crate::points::{BLOCK, Column};
-use crate::shape::ShapeFunction;
 use crate::simd::{Kernel, Real, Simd, Vector, each, inlined};
 
 /// Weights, momentum and mass of one block, then stage 4.

@@ -19,8 +19,8 @@ use super::nodes::{NodeRun, first_node};
 use super::scratch::{Scratch, load, together, way_along};
 use crate::dimension::Dimension;
 use crate::grid::Layout;
+use crate::grid::shape_function::ShapeFunction;
 use crate::points::{BLOCK, Column};
-use crate::shape::ShapeFunction;
 use crate::simd::{Kernel, Real, Simd, Vector, each, inlined};
 
 /// Shared masses of one block's points, whose weights stage 4 has left in the scratch.

@@ -5,6 +5,7 @@
 
 use swarf::contact::Contact;
 use swarf::dimension::Dimension;
+use swarf::grid::shape_function::ShapeFunction;
 use swarf::grid::{FixedNodes, Layout};
 use swarf::material::effects::{Adiabatic, Softening, Temperature};
 use swarf::material::johnson_cook::{JohnsonCook, State};
@@ -13,7 +14,6 @@ use swarf::material::{ConstitutiveModel, Totals};
 use swarf::partition::Partition;
 use swarf::points::{BLOCK, Block};
 use swarf::scene::{Constants, Scene};
-use swarf::shape::ShapeFunction;
 use swarf::simd::{InstructionSet, Kernel, Real, Simd, Vector, dispatch};
 use swarf::simulation::{Drive, Options, PointView, Simulation, Solver};
 use swarf::tool::RigidTool;

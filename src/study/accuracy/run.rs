@@ -3,9 +3,9 @@
 use crate::checks;
 use crate::dimension::PlaneStrain;
 use crate::estimate::Clock;
+use crate::grid::shape_function::{Gimp, Linear};
 use crate::scene::{Accuracy, Scene, Speed};
 use crate::session::{Advance, Outputs, Session};
-use crate::shape::{Gimp, Linear};
 use crate::study::verification::{manufactured, piston};
 use crate::variables::set_by_name;
 use std::time::Instant;

@@ -6,8 +6,8 @@
 
 use super::{Form, Setting, Sheet};
 use crate::dimension::PlaneStrain;
+use crate::grid::shape_function::Gimp;
 use crate::scene::Constants;
-use crate::shape::Gimp;
 use crate::simulation::Solver;
 use crate::stability;
 use crate::study::verification::arena::{

@@ -7,7 +7,7 @@
 use super::{Setting, Sheet};
 use crate::dimension::PlaneStrain;
 use crate::grid::FixedNodes;
-use crate::shape::Gimp;
+use crate::grid::shape_function::Gimp;
 use crate::simulation::{PointView, Solver};
 use crate::study::verification::arena::{
     Arena, NO_DRIVE, distant_tool, elastic, kinetic, lattice, points, steel, total,

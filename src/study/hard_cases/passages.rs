@@ -7,8 +7,8 @@ use super::Setting;
 use super::sheet::Sheet;
 use super::watched::{NO_SLOPE, Watched, cut, soundness};
 use crate::dimension::PlaneStrain;
+use crate::grid::shape_function::Gimp;
 use crate::scene::Inputs;
-use crate::shape::Gimp;
 use crate::simulation::Solver;
 use crate::study::verification::arena::{
     Arena, NO_DRIVE, elastic, kinetic, lattice, points, steel, steel_4340, total, upright_block,

@@ -11,8 +11,8 @@
 use super::{Setting, Sheet};
 use crate::dimension::PlaneStrain;
 use crate::grid::FixedNodes;
+use crate::grid::shape_function::Gimp;
 use crate::scene::Constants;
-use crate::shape::Gimp;
 use crate::simulation::Solver;
 use crate::study::verification::arena::{
     Arena, NO_DRIVE, distant_tool, lattice, never_yielding, perfectly_plastic, points, steel, steel_4340,

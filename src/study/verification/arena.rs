@@ -2,6 +2,7 @@
 
 use crate::contact::Contact;
 use crate::dimension::Dimension;
+use crate::grid::shape_function::ShapeFunction;
 use crate::grid::{FixedNodes, Layout};
 use crate::material::ConstitutiveModel;
 use crate::material::effects::{Adiabatic, Softening};
@@ -10,7 +11,6 @@ use crate::material::rate::RateDependent;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block};
 use crate::scene::{Constants, Scene};
-use crate::shape::ShapeFunction;
 use crate::simd::InstructionSet;
 use crate::simulation::{Drive, Options, PointView, Simulation, Solver};
 use crate::tool::RigidTool;

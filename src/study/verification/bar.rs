@@ -11,8 +11,8 @@ use super::arena::{
 use super::report::{line, panel};
 use crate::dimension::PlaneStrain;
 use crate::grid::FixedNodes;
+use crate::grid::shape_function::{Gimp, ShapeFunction};
 use crate::scene::Constants;
-use crate::shape::{Gimp, ShapeFunction};
 use crate::simulation::{PointView, Solver};
 use std::f64::consts::FRAC_PI_2;
 

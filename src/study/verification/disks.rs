@@ -11,8 +11,8 @@ use super::neo_hookean::NeoHookean;
 use super::report::{line, logarithms, panel};
 use crate::affine::Affine;
 use crate::dimension::PlaneStrain;
+use crate::grid::shape_function::Gimp;
 use crate::material::ConstitutiveModel;
-use crate::shape::Gimp;
 use crate::simulation::{PointView, Solver};
 
 /// Radius (m) and speed along each axis (m/s).

@@ -12,12 +12,12 @@ use super::Report;
 use super::arena::{Arena, NO_DRIVE, ROOM, distant_tool, lattice, never_yielding, steel_4340};
 use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use crate::grid::FixedNodes;
+use crate::grid::shape_function::Gimp;
 use crate::material::ConstitutiveModel;
 use crate::material::effects::{Adiabatic, Softening};
 use crate::material::johnson_cook::JohnsonCook;
 use crate::material::rate::RateIndependent;
 use crate::points::BLOCK;
-use crate::shape::Gimp;
 use crate::simulation::Solver;
 
 /// Rise of temperature (K).

@@ -9,10 +9,10 @@ use super::arena::{Arena, ROOM, Seed, Steel, distant_tool, lattice, never_yieldi
 use super::report::{line, panel};
 use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use crate::grid::FixedNodes;
+use crate::grid::shape_function::Gimp;
 use crate::heat::{FixedTemperature, HeatConduction, HeatTotals, NodeHeat};
 use crate::heat_sources;
 use crate::material::ConstitutiveModel;
-use crate::shape::Gimp;
 use crate::simulation::Solver;
 use std::f64::consts::PI;
 

@@ -13,8 +13,8 @@ use super::arena::{Arena, Seed, lattice, never_yielding, points, steel, steel_43
 use super::report::{line, panel};
 use crate::contact::Contact;
 use crate::dimension::PlaneStrain;
+use crate::grid::shape_function::Gimp;
 use crate::scene::Constants;
-use crate::shape::Gimp;
 use crate::simulation::{Drive, PointView, Solver};
 use crate::tool::RigidTool;
 use crate::tool::profile::ToolShape;

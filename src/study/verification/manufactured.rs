@@ -24,7 +24,7 @@ use super::report::{line, logarithms, panel};
 use crate::dimension::Dimension;
 use crate::dimension::PlaneStrain;
 use crate::grid::FixedNodes;
-use crate::shape::{Gimp, ShapeFunction};
+use crate::grid::shape_function::{Gimp, ShapeFunction};
 use crate::simulation::Solver;
 use std::f64::consts::PI;
 use std::sync::Arc;

@@ -17,9 +17,9 @@ use super::report::{line, panel};
 use crate::contact::Contact;
 use crate::dimension::PlaneStrain;
 use crate::grid::FixedNodes;
+use crate::grid::shape_function::Gimp;
 use crate::material::ConstitutiveModel;
 use crate::scene::Constants;
-use crate::shape::Gimp;
 use crate::simulation::{Drive, PointView, Solver};
 use crate::tool::RigidTool;
 

@@ -13,6 +13,9 @@
 //! so the grid costs memory and time only where there is material, and the domain may be large. The arrangement
 //! holds until points are sorted again, before any has moved by more than a cell.
 
+pub mod shape_function;
+pub mod body_force;
+
 use crate::dimension::Dimension;
 use crate::simd::{Real, each};
 
