@@ -4,9 +4,9 @@ use crate::chip_tail::LEAST_REACH;
 use crate::dimension::{PlaneStrain, ThreeDimensional};
 use crate::error::Error;
 use crate::grid::shape_function::Gimp;
-use crate::levels;
 use crate::material::library;
-use crate::price_list;
+use crate::scene::presets;
+use crate::scene::speed_levels;
 use crate::scene::{
     ContactChoice, DimensionChoice, Heat, Law, Precision, Scene, SceneKind, ShapeChoice, TransferChoice,
 };
@@ -20,8 +20,8 @@ pub fn check(scene: &Scene) -> Result<Scene, Error> {
     refuse_missing(scene)?;
     let asked_courant = scene.numerics.courant;
     let mut resolved = scene.clone();
-    price_list::take_preset(&mut resolved);
-    levels::pull(&mut resolved);
+    presets::take_preset(&mut resolved);
+    speed_levels::pull(&mut resolved);
     resolved.material.constants = library::resolve(&scene.material)?;
     // From here on what is in use counts, not what was asked for.
     let scene = &resolved;

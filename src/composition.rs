@@ -22,7 +22,6 @@ use crate::grid::shape_function::{Gimp, Linear, ShapeFunction};
 use crate::grid::{FixedNodes, Layout, MARGIN};
 use crate::heat::HeatConduction;
 use crate::inertia::MassScaling;
-use crate::levels;
 use crate::material::ConstitutiveModel;
 use crate::material::damage::{DamageEffect, JohnsonCookDamage, Undamaged};
 use crate::material::effects::{Adiabatic, Isothermal, Softening};
@@ -32,6 +31,7 @@ use crate::material::rate::{RateDependent, RateEffect, RateIndependent};
 use crate::material::viscosity::Viscous;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block};
+use crate::scene::speed_levels;
 use crate::scene::{
     ContactChoice, DimensionChoice, Heat, Law, Precision, Scene, ShapeChoice, TransferChoice,
 };
@@ -82,7 +82,7 @@ pub fn effects_summary(scene: &Scene) -> String {
         ContactChoice::Velocity => "contact on nodes shared with a tool made of points (velocity law)",
     };
     let mass_factor = MassScaling::of(scene).map_or(1.0, |s| s.wanted(scene.inputs.tool_velocity.abs()));
-    let levers = levels::summary(scene, mass_factor);
+    let levers = speed_levels::summary(scene, mass_factor);
     let transfer = match scene.numerics.transfer {
         TransferChoice::Flip => "",
         TransferChoice::Apic => ", affine transfer (APIC)",

@@ -39,8 +39,6 @@ pub mod strays;
 pub mod heat;
 pub mod heat_sources;
 pub mod tool_heat;
-pub mod price_list;
-pub mod levels;
 pub mod solver;
 pub mod simulation;
 pub mod fields;

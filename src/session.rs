@@ -14,8 +14,8 @@ use crate::error::Error;
 use crate::estimate::{self, Estimate};
 pub use crate::fields::{Outputs, PointFields};
 use crate::parallel::in_pool;
-use crate::price_list;
 use crate::results::ResultsWriter;
+use crate::scene::presets;
 use crate::scene::{Inputs, Scene};
 use crate::simulation::{Progress, Solver};
 use serde::{Deserialize, Serialize};
@@ -310,7 +310,7 @@ impl Session {
         outputs.active_points = i32::try_from(self.solver.points()).unwrap_or(i32::MAX);
         outputs.retired_points = i32::try_from(ledger.retired_points).unwrap_or(i32::MAX);
         outputs.min_jacobian = survey.min_jacobian;
-        outputs.force_error_band = price_list::force_error_band(&course.scene, feed);
+        outputs.force_error_band = presets::force_error_band(&course.scene, feed);
         [outputs.tool_position_x, outputs.tool_position_y] = tool.position;
         let has_chip = survey.chip_temperature().is_some();
         // A substep without a touch is not the end: points come and go by ones. A point's width without any is.

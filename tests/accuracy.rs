@@ -71,13 +71,14 @@ fn presets_reach_the_solver() {
         let mut scene = Scene::default();
         scene.numerics.accuracy = accuracy;
         let session = Session::new(&scene, 0.0).unwrap();
-        let preset = swarf::price_list::PRESETS.iter().find(|preset| preset.accuracy == accuracy).unwrap();
+        let preset =
+            swarf::scene::presets::PRESETS.iter().find(|preset| preset.accuracy == accuracy).unwrap();
         assert_eq!(session.scene().numerics.point_spacing, preset.point_spacing);
         let is_single = session.scene().numerics.precision == Precision::Single;
         assert_eq!(is_single, preset.speed != Speed::Exact);
         let band = session.outputs().force_error_band;
         let listed =
-            swarf::price_list::prices().iter().find(|price| price.name == preset.name).unwrap().bands[0];
+            swarf::scene::presets::prices().iter().find(|price| price.name == preset.name).unwrap().bands[0];
         // The list is rounded to 1e-4, and a band above 1 is shown as 1.
         assert!((band - listed.min(1.0)).abs() < 2e-4, "band {band}, in the list {listed}");
         bands.push(band);

@@ -3,8 +3,8 @@
 use cpu_time::ProcessTime;
 use serde_json::{Value, json};
 use std::time::Instant;
-use swarf::levels;
 use swarf::scene::Scene;
+use swarf::scene::speed_levels;
 use swarf::session::Session;
 
 /// Plastic strain above which material belongs to the chip (-), as for `chip_temperature`.
@@ -198,7 +198,7 @@ pub fn compare_means(plans: impl IntoIterator<Item = (String, Plan)>) -> Vec<Val
             .iter()
             .map(|factor| {
                 let mut scene = plan.scene.clone();
-                levels::pull(&mut scene);
+                speed_levels::pull(&mut scene);
                 scene.numerics.courant *= factor;
                 Plan { scene, ..plan }.run()
             })

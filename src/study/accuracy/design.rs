@@ -8,7 +8,7 @@
 
 use super::queue::Task;
 use super::run::{Problem, Settings, set};
-use crate::price_list::PRESETS;
+use crate::scene::presets::PRESETS;
 
 /// Settings and spacings of one line of the plot.
 #[derive(Clone, Debug)]

@@ -13,7 +13,7 @@ pub mod store;
 pub mod validation;
 
 use crate::Error;
-use crate::price_list;
+use crate::scene::presets;
 use design::Design;
 use report::Report;
 use std::fs;
@@ -58,10 +58,10 @@ pub fn study(folder: &Path, options: Options, tell: &(dyn Fn(String) + Sync)) ->
         report.convergence()
     );
     if let Some(prices) = report.prices() {
-        let lines: Vec<String> = prices.iter().map(price_list::Price::line).collect();
+        let lines: Vec<String> = prices.iter().map(presets::Price::line).collect();
         let csv = format!(
             "# Written by `cargo xtask accuracy`, swarf {program}; meaning of the lines: src/price_list.rs\n{}\n{}\n",
-            price_list::HEAD,
+            presets::HEAD,
             lines.join("\n")
         );
         write(&folder.join("price_list.csv"), &csv)?;

@@ -82,7 +82,7 @@ pub struct Price {
 /// When the file compiled in is damaged, which `the_list_is_complete` would have told.
 pub fn prices() -> &'static [Price] {
     static PRICES: OnceLock<Vec<Price>> = OnceLock::new();
-    PRICES.get_or_init(|| read(include_str!("../resources/price_list.csv")).expect("a sound price list"))
+    PRICES.get_or_init(|| read(include_str!("../../resources/price_list.csv")).expect("a sound price list"))
 }
 
 /// Head of the list's file.

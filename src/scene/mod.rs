@@ -3,6 +3,9 @@
 //! Plain data. Names, units, ranges and texts of the parameters stand in the table of `variables`; what belongs
 //! together is checked in `Scene::check`.
 
+pub mod presets;
+pub mod speed_levels;
+
 use serde::{Deserialize, Serialize};
 
 /// An enumeration with the names an FMI importer shows, numbered from 1 in this order.

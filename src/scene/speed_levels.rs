@@ -13,7 +13,7 @@
 //! that was not set by hand ends at the scheme's limit for the material (`stability`), 0.5485 for the reference cut. What each
 //! level costs in accuracy is measured in the README.
 
-use crate::price_list::PRESETS;
+use crate::scene::presets::PRESETS;
 use crate::scene::{Numerics, Precision, Scene, Speed};
 
 /// The scene with its level's levers pulled; doing it again changes nothing.
