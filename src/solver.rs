@@ -3,10 +3,10 @@
 use crate::checkpoint::Bulk;
 use crate::chip_tail::TailMotion;
 use crate::dimension::Dimension;
+use crate::energy::ledger::Ledger;
 use crate::error::Error;
 use crate::grid::Layout;
 use crate::heat::HeatTotals;
-use crate::ledger::Ledger;
 use crate::material::PointReport;
 use crate::points::{Block, PointState};
 use crate::simd::Real;

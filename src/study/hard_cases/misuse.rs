@@ -6,9 +6,9 @@
 use super::watched::{Watched, cut};
 use super::{Setting, Sheet};
 use crate::Error;
+use crate::energy::watch::ENERGY_LIMIT;
 use crate::scene::{Heat, Scene};
 use crate::variables;
-use crate::watch::ENERGY_LIMIT;
 use rayon::prelude::*;
 
 /// A scene with its name, and a word that a refusal by the interface must contain; none where the interface lets it pass.

@@ -4,8 +4,8 @@
 //! held against the ledger. Form of the effect: a pass over the points that costs a few thousandths of the substeps between
 //! two of them.
 
+use crate::energy::ledger::Ledger;
 use crate::error::Error;
-use crate::ledger::Ledger;
 use crate::material::PointReport;
 
 /// Substeps between two looks at the energy.
