@@ -1,6 +1,5 @@
 //! What a scene may not ask for: values that do not belong together, and what this version does not have.
 
-use crate::chip_tail::LEAST_REACH;
 use crate::dimension::{PlaneStrain, ThreeDimensional};
 use crate::error::Error;
 use crate::grid::shape_function::Gimp;
@@ -10,6 +9,7 @@ use crate::scene::speed_levels;
 use crate::scene::{
     ContactChoice, DimensionChoice, Heat, Law, Precision, Scene, SceneKind, ShapeChoice, TransferChoice,
 };
+use crate::speedups::rigid_chip::LEAST_REACH;
 use crate::stability;
 
 /// Checks what belongs together and refuses what this version does not have; fills in a library material's constants.

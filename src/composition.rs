@@ -14,14 +14,12 @@
 
 use crate::affine::Affine;
 use crate::checks::cell;
-use crate::chip_tail::ChipTail;
 use crate::contact::Contact;
 use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use crate::error::Error;
 use crate::grid::shape_function::{Gimp, Linear, ShapeFunction};
 use crate::grid::{FixedNodes, Layout, MARGIN};
 use crate::heat::HeatConduction;
-use crate::inertia::MassScaling;
 use crate::material::ConstitutiveModel;
 use crate::material::damage::{DamageEffect, JohnsonCookDamage, Undamaged};
 use crate::material::effects::{Adiabatic, Isothermal, Softening};
@@ -38,10 +36,12 @@ use crate::scene::{
 use crate::segmentation::StartLattice;
 use crate::simd::{InstructionSet, Real};
 use crate::simulation::{Options, Simulation, Solver};
+use crate::speedups::active_window::ActiveWindow;
+use crate::speedups::mass_scaling::MassScaling;
+use crate::speedups::rigid_chip::ChipTail;
 use crate::tool::RigidTool;
 use crate::tool::profile::ToolShape;
 use crate::tool_heat::ToolBody;
-use crate::window::ActiveWindow;
 
 /// One line on which effects run and why.
 pub fn effects_summary(scene: &Scene) -> String {

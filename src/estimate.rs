@@ -19,12 +19,12 @@
 //! heat) at 40, 20 and 10 µm (docs/accuracy.md); they hold what else a run has and a substep at rest has not. A time of this
 //! machine under its present load is no part of a state, and the only output that two equal runs may differ in.
 
-use crate::chip_tail;
 use crate::composition;
 use crate::error::Error;
 use crate::scene::{Inputs, Scene, TransferChoice};
 use crate::simulation::{Drive, Solver};
-use crate::window;
+use crate::speedups::active_window;
+use crate::speedups::rigid_chip;
 use std::time::Duration;
 
 /// Substeps beyond those of the first one's length (-).
@@ -74,12 +74,12 @@ pub fn of_run(solver: &dyn Solver, scene: &Scene, inputs: &Inputs, duration: f64
         plain.numerics.transfer = TransferChoice::Flip;
         cost_at_rest(coarser(&plain)?.as_mut(), substeps)?
     };
-    let start_area = window::integrated_area(scene, inputs.feed, 0.0).max(f64::MIN_POSITIVE);
+    let start_area = active_window::integrated_area(scene, inputs.feed, 0.0).max(f64::MIN_POSITIVE);
     let mut load = plain * CONTACT * inputs.feed * scene.numerics.point_spacing;
     for k in 0..STATIONS {
         let way = (k as f64 + 0.5) / STATIONS as f64 * speed.max(0.0) * duration;
-        let area = window::integrated_area(scene, inputs.feed, way);
-        let chip = chip_tail::integrated_chip(scene, inputs.feed, way);
+        let area = active_window::integrated_area(scene, inputs.feed, way);
+        let chip = rigid_chip::integrated_chip(scene, inputs.feed, way);
         load += (area * (cost + UPKEEP * plain) + YIELDING * chip * plain) / STATIONS as f64;
     }
     let cpu_seconds = solver.points() as f64 * substeps * load / start_area;

@@ -1,7 +1,6 @@
 //! A simulation as the rest of the program sees it, whatever its effects, dimension and precision are.
 
 use crate::checkpoint::Bulk;
-use crate::chip_tail::TailMotion;
 use crate::dimension::Dimension;
 use crate::energy::ledger::Ledger;
 use crate::error::Error;
@@ -10,8 +9,9 @@ use crate::heat::HeatTotals;
 use crate::material::PointReport;
 use crate::points::{Block, PointState};
 use crate::simd::Real;
+use crate::speedups::active_window::Edges;
+use crate::speedups::rigid_chip::TailMotion;
 use crate::tool::RigidTool;
-use crate::window::Edges;
 use serde::{Deserialize, Serialize};
 
 /// What the clock, the tool and the time step need to go on, and the running totals.

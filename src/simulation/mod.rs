@@ -7,7 +7,6 @@ mod options;
 pub use options::Options;
 
 use crate::checkpoint::Bulk;
-use crate::chip_tail::TailMotion;
 use crate::chunk::{Chunk, Substep};
 use crate::chunk_nodes::{ChunkNodes, NodesStep};
 use crate::dimension::Dimension;
@@ -26,6 +25,7 @@ use crate::partition::{MOST_CHUNKS, Partition};
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::Real;
 pub use crate::solver::{Drive, PointView, Progress, Solver};
+use crate::speedups::rigid_chip::TailMotion;
 use crate::strays::{self, StrayVelocities};
 use crate::tool::RigidTool;
 use crate::tool_heat::ToolBody;

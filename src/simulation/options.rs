@@ -1,10 +1,10 @@
 //! What a simulation is told beside its scene's bodies: numbers, and which optional passes run.
 
-use crate::chip_tail::ChipTail;
 use crate::contact::Contact;
-use crate::inertia::MassScaling;
 use crate::simd::InstructionSet;
-use crate::window::ActiveWindow;
+use crate::speedups::active_window::ActiveWindow;
+use crate::speedups::mass_scaling::MassScaling;
+use crate::speedups::rigid_chip::ChipTail;
 
 /// Numbers and optional passes of a simulation.
 #[derive(Clone, Debug)]

@@ -19,7 +19,6 @@
 //!
 //! Form of the effect: an optional pass when points are sorted; without it nothing is kept or done.
 
-use crate::chip_tail;
 use crate::dimension::Dimension;
 use crate::grid::{FixedNodes, Layout};
 use crate::partition::Partition;
@@ -27,6 +26,7 @@ use crate::points::inactive::Heap;
 use crate::points::{BLOCK, Block, PointState};
 use crate::scene::Scene;
 use crate::simd::Real;
+use crate::speedups::rigid_chip;
 use crate::tool::RigidTool;
 use serde::{Deserialize, Serialize};
 
@@ -39,9 +39,9 @@ const SMALLEST: f64 = 24.0;
 /// on the workpiece, and the chip less its tail; without a window all of the workpiece that is not tail.
 pub fn integrated_area(scene: &Scene, feed: f64, travel: f64) -> f64 {
     let (length, height) = (scene.workpiece.length, scene.workpiece.height);
-    let chip = chip_tail::integrated_chip(scene, feed, travel);
+    let chip = rigid_chip::integrated_chip(scene, feed, travel);
     if scene.numerics.active_window == 0.0 {
-        return length * height - chip_tail::chip(scene, feed, travel) + chip;
+        return length * height - rigid_chip::chip(scene, feed, travel) + chip;
     }
     let cell = scene.numerics.point_spacing * f64::from(scene.numerics.points_per_cell_edge);
     let reach = |feeds: f64| (feeds * feed).max(SMALLEST * cell);
