@@ -15,9 +15,9 @@ use criterion::{
 use std::hint::black_box;
 use std::time::Duration;
 use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
-use swarf::locking::LockingControl;
 use swarf::simd::{InstructionSet, Kernel, Real, Simd, Vector, dispatch, math};
 use swarf::simulation::Solver;
+use swarf::stabilization::volumetric_locking::LockingControl;
 
 /// 120,000 points, and 125,440 in space.
 const FLAT: [i32; 3] = [300, 100, 1];

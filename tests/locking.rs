@@ -5,8 +5,8 @@ mod common;
 use common::{Lattice, Random, SteelBlock, SteelState, distant_tool, elastic, points, steel_4340, total};
 use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use swarf::grid::shape_function::Gimp;
-use swarf::locking::LockingControl;
 use swarf::material::ConstitutiveModel;
+use swarf::stabilization::volumetric_locking::LockingControl;
 
 /// A block whose points have a smooth volume strain and, every seventh of them, one of `noise` on top.
 fn noisy_block<D: Dimension>(noise: f64) -> SteelBlock<D, Gimp<f64>> {

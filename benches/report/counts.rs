@@ -3,9 +3,9 @@
 
 use crate::blocks::{DRIVE, sheared};
 use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
-use swarf::locking::LockingControl;
 use swarf::simd::InstructionSet;
 use swarf::simulation::Solver;
+use swarf::stabilization::volumetric_locking::LockingControl;
 
 /// 7,500 points in the plane, and 6,912 in space.
 const FLAT: [i32; 3] = [75, 25, 1];

@@ -11,9 +11,9 @@ use crate::phases::median;
 use cpu_time::ThreadTime;
 use serde_json::{Value, json};
 use swarf::dimension::PlaneStrain;
-use swarf::locking::LockingControl;
 use swarf::simd::Real;
 use swarf::simulation::Solver;
+use swarf::stabilization::volumetric_locking::LockingControl;
 
 /// Cells of the blocks, four points in each: 7,500 to 1,199,536 points.
 const SIZES: [[i32; 3]; 4] = [[75, 25, 1], [150, 50, 1], [300, 100, 1], [949, 316, 1]];

@@ -8,9 +8,9 @@ use crate::blocks::{DRIVE, sheared, sheared_plain};
 use cpu_time::ThreadTime;
 use serde_json::{Value, json};
 use swarf::dimension::{Dimension, PlaneStrain};
-use swarf::locking::LockingControl;
 use swarf::simd::InstructionSet;
 use swarf::simulation::Solver;
+use swarf::stabilization::volumetric_locking::LockingControl;
 
 /// Median of some numbers; zero of none.
 pub fn median(numbers: &mut [f64]) -> f64 {

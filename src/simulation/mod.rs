@@ -17,7 +17,6 @@ use crate::grid::body_force::BodyForce;
 use crate::grid::shape_function::ShapeFunction;
 use crate::guards::{self, Bounds, MOST_RETRIES};
 use crate::heat::{HeatConduction, HeatTotals};
-use crate::locking::{self, LockingControl};
 use crate::material::ConstitutiveModel;
 use crate::nodal_contact::NodalContact;
 use crate::parallel::take_turns;
@@ -26,7 +25,8 @@ use crate::points::{BLOCK, Block, PointState};
 use crate::simd::Real;
 pub use crate::solver::{Drive, PointView, Progress, Solver};
 use crate::speedups::rigid_chip::TailMotion;
-use crate::strays::{self, StrayVelocities};
+use crate::stabilization::null_space_filter::{self, StrayVelocities};
+use crate::stabilization::volumetric_locking::{self, LockingControl};
 use crate::tool::RigidTool;
 use crate::tool_heat::ToolBody;
 use crate::touching::Touching;
@@ -333,7 +333,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
     /// time the points have moved by the interval of `strays`. With scaled mass it is the bound of
     /// the true density: σ_y/(ρ c) goes with the inverse root of ρ.
     fn stray_bound(&mut self) -> Option<f64> {
-        if self.progress.travel_unseen <= strays::INTERVAL {
+        if self.progress.travel_unseen <= null_space_filter::INTERVAL {
             return None;
         }
         self.progress.travel_unseen = 0.0;
@@ -346,13 +346,13 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         let (count, taken) = self.strays.bring_back(&mut self.partition, &self.shape, density, parallel);
         self.progress.stray_velocities += count;
         self.progress.ledger.damping += taken;
-        count > 0 && count as f64 > strays::SUSPICIOUS * self.points() as f64
+        count > 0 && count as f64 > null_space_filter::SUSPICIOUS * self.points() as f64
     }
 
     /// Looks after volumetric locking each time the points have moved by the control's interval.
     fn control_locking(&mut self, parallel: bool) {
         if let Some(control) = &mut self.locking_control
-            && self.progress.travel_uncontrolled > locking::INTERVAL
+            && self.progress.travel_uncontrolled > volumetric_locking::INTERVAL
         {
             self.progress.travel_uncontrolled = 0.0;
             self.progress.ledger.damping +=
