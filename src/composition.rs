@@ -12,7 +12,6 @@
 //! of 0 stands for it, where it has no heat, a Taylor-Quinney coefficient of 0, where it does not soften, a melting
 //! temperature out of reach.
 
-use crate::affine::Affine;
 use crate::checks::cell;
 use crate::contact::Contact;
 use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
@@ -42,6 +41,7 @@ use crate::speedups::rigid_chip::ChipTail;
 use crate::tool::RigidTool;
 use crate::tool::profile::ToolShape;
 use crate::tool_heat::ToolBody;
+use crate::transfer::apic::Affine;
 
 /// One line on which effects run and why.
 pub fn effects_summary(scene: &Scene) -> String {

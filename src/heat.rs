@@ -41,7 +41,7 @@ use crate::material::ConstitutiveModel;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block, Column, Places};
 use crate::simd::Real;
-use crate::stencils::{ExactStencils, for_each_node};
+use crate::transfer::stencils::{ExactStencils, for_each_node};
 use serde::{Deserialize, Serialize};
 
 /// Length of a pass over the explicit limit (-): errors of time stay below those of space, and splitting heating from

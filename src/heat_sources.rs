@@ -21,7 +21,7 @@ use crate::material::ConstitutiveModel;
 use crate::partition::Partition;
 use crate::points::Places;
 use crate::simd::Real;
-use crate::stencils::{ExactStencils, for_each_node};
+use crate::transfer::stencils::{ExactStencils, for_each_node};
 
 /// Adds heat (J) on a node.
 pub fn add(sum: &mut NodeHeat, node: usize, heat: f64) {

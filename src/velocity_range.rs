@@ -5,7 +5,7 @@ use crate::grid::Layout;
 use crate::grid::shape_function::ShapeFunction;
 use crate::points::{Column, Places};
 use crate::simd::Real;
-use crate::stencils::{PointWeights, for_each_node};
+use crate::transfer::stencils::{PointWeights, for_each_node};
 use crate::transfer::{NodeRun, Suspect};
 
 /// A velocity out of bounds.

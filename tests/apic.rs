@@ -3,11 +3,11 @@
 mod common;
 
 use common::{Lattice, NO_DRIVE, Random, SteelIn, distant_tool, elastic, points, steel, steel_4340, total};
-use swarf::affine::Affine;
 use swarf::dimension::PlaneStrain;
 use swarf::grid::shape_function::Gimp;
 use swarf::points::{BLOCK, PointState};
 use swarf::simulation::{Simulation, Solver};
+use swarf::transfer::apic::Affine;
 
 type Block = Simulation<f64, PlaneStrain, Gimp<f64>, Affine<SteelIn<f64>>>;
 

@@ -31,8 +31,8 @@ use crate::grid::{self, Layout};
 use crate::partition::Partition;
 use crate::points::{BLOCK, Column, Places, PointState};
 use crate::simd::Real;
-use crate::stencils::{PointWeights, StencilNodes, for_each_node, stencil_nodes};
 use crate::transfer::NodeRun;
+use crate::transfer::stencils::{PointWeights, StencilNodes, for_each_node, stencil_nodes};
 use crate::velocity_range::Stray;
 
 /// Motion of the points between two looks at their velocities (cells).

@@ -29,8 +29,8 @@ use crate::parallel::for_each;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block, Places, PointState};
 use crate::simd::Real;
-use crate::stencils::{Stencils, for_each_node};
 use crate::transfer::NodeRun;
+use crate::transfer::stencils::{Stencils, for_each_node};
 
 /// Motion of the points between two looks at their volume ratios (cells).
 ///

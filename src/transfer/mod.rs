@@ -32,6 +32,9 @@
 //!
 //! Equation numbers: Ambati et al. (2011). Stress is updated after the velocity ("stress last").
 
+pub mod apic;
+pub mod stencils;
+
 mod look;
 mod moments;
 mod nodes;

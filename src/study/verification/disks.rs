@@ -9,11 +9,11 @@ use super::Report;
 use super::arena::{Arena, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, points, total};
 use super::neo_hookean::NeoHookean;
 use super::report::{line, logarithms, panel};
-use crate::affine::Affine;
 use crate::dimension::PlaneStrain;
 use crate::grid::shape_function::Gimp;
 use crate::material::ConstitutiveModel;
 use crate::simulation::{PointView, Solver};
+use crate::transfer::apic::Affine;
 
 /// Radius (m) and speed along each axis (m/s).
 const RADIUS: f64 = 0.2;
