@@ -3,15 +3,15 @@
 use super::Simulation;
 use crate::chunk_nodes::{ChunkNodes, TouchedNodes};
 use crate::contact::Contact;
-use crate::contact_nodes::Conditions;
+use crate::contact::nodal::NodalContact;
+use crate::contact::nodes::Conditions;
+use crate::contact::sticking::Strength;
+use crate::contact::surface::Touching;
 use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;
 use crate::material::ConstitutiveModel;
-use crate::nodal_contact::NodalContact;
 use crate::parallel::for_each;
 use crate::simd::Real;
-use crate::sticking::Strength;
-use crate::touching::Touching;
 use std::iter;
 use std::mem;
 

@@ -22,15 +22,15 @@
 
 use crate::checkpoint::{Bulk, BulkReader};
 use crate::chunk_nodes::{NodeSums, TouchedNodes};
-use crate::contact_nodes::{Conditions, NodeStart, assemble, closest, for_each_weight, from_tool};
+use crate::contact::gauss_seidel::{Node, Reached, Sweep, Touch, warm_start};
+use crate::contact::nodes::{Conditions, NodeStart, assemble, closest, for_each_weight, from_tool};
+use crate::contact::sticking::{Layer, SLIDING, Sticking, Strength};
 use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::grid::shape_function::ShapeFunction;
-use crate::impulses::{Node, Reached, Sweep, Touch, warm_start};
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::{Real, dispatch};
-use crate::sticking::{Layer, SLIDING, Sticking, Strength};
 use crate::tool::profile::Face;
 
 /// Points are listed up to this far from the tool, beyond half their width (cells).

@@ -25,7 +25,7 @@
 //!
 //! Form of the effect: optional; a scene without it keeps no array and the sweeps take the scene's μ.
 
-use crate::impulses::Touch;
+use crate::contact::gauss_seidel::Touch;
 
 /// Touching points further apart than this (cells) have a gap in the contact between them.
 const GAP: f64 = 2.0;

@@ -27,13 +27,13 @@
 //! of the state.
 
 use crate::chunk_nodes::{NodeSums, TouchedNodes};
+use crate::contact::nodes::{Conditions, assemble, closest, for_each_weight};
+use crate::contact::tool_particles::RigidPoints;
 use crate::contact::{Contact, coulomb};
-use crate::contact_nodes::{Conditions, assemble, closest, for_each_weight};
 use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;
 use crate::partition::Partition;
 use crate::points::{BLOCK, PointState};
-use crate::rigid_points::RigidPoints;
 use crate::simd::Real;
 use crate::tool::profile::Face;
 

@@ -1,10 +1,10 @@
 //! What the passes of contact (`touching`, `nodal_contact`) see of points and nodes before a substep.
 
+use crate::contact::gauss_seidel::Node;
 use crate::dimension::Dimension;
 use crate::grid::Layout;
 use crate::grid::body_force::BodyForce;
 use crate::grid::shape_function::ShapeFunction;
-use crate::impulses::Node;
 use crate::partition::Partition;
 use crate::points::{Block, PointState};
 use crate::simd::{InstructionSet, Kernel, Real, Simd, Vector, dispatch};

@@ -4,6 +4,13 @@
 //! of momentum: the part of a node's velocity that enters the tool is taken away, and of the sliding part as much as
 //! Coulomb friction allows. The impulse m (v − v_trial) is the force on the workpiece times the substep.
 
+pub mod nodes;
+pub mod surface;
+pub mod gauss_seidel;
+pub mod sticking;
+pub mod nodal;
+pub mod tool_particles;
+
 use crate::dimension::Dimension;
 use crate::tool::RigidTool;
 use crate::tool::profile::Face;
