@@ -19,6 +19,7 @@ use crate::error::Error;
 use crate::grid::shape_function::{Gimp, Linear, ShapeFunction};
 use crate::grid::{FixedNodes, Layout, MARGIN};
 use crate::heat::HeatConduction;
+use crate::heat::tool::ToolBody;
 use crate::material::ConstitutiveModel;
 use crate::material::damage::{DamageEffect, JohnsonCookDamage, Undamaged};
 use crate::material::effects::{Adiabatic, Isothermal, Softening};
@@ -40,7 +41,6 @@ use crate::speedups::mass_scaling::MassScaling;
 use crate::speedups::rigid_chip::ChipTail;
 use crate::tool::RigidTool;
 use crate::tool::profile::ToolShape;
-use crate::tool_heat::ToolBody;
 use crate::transfer::apic::Affine;
 
 /// One line on which effects run and why.

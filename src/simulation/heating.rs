@@ -4,7 +4,7 @@ use super::Simulation;
 use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;
 use crate::heat::NodeHeat;
-use crate::heat_sources;
+use crate::heat::sources;
 use crate::material::ConstitutiveModel;
 use crate::simd::Real;
 use crate::solver::Progress;
@@ -26,7 +26,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         heat.unplaced += work;
         if found > 0.0 {
             let factor = std::mem::take(&mut heat.unplaced) / found;
-            nodes.iter().for_each(|&(node, work)| heat_sources::add(&mut heat.waiting, node, factor * work));
+            nodes.iter().for_each(|&(node, work)| sources::add(&mut heat.waiting, node, factor * work));
         }
     }
 
@@ -41,8 +41,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         let own = conduction.friction_share;
         let for_points: NodeHeat = sources.iter().map(|&(node, work)| (node, own * work)).collect();
         let parts = (&self.shape, &self.model);
-        let left =
-            heat_sources::deposit(&mut self.partition, parts, &for_points, conduction.capacity(), heat);
+        let left = sources::deposit(&mut self.partition, parts, &for_points, conduction.capacity(), heat);
         // What finds no place waits for the next node that does; the tool's share of it has been given already.
         heat.unplaced += left;
         let for_tool = (1.0 - own) * sources.iter().map(|source| source.1).sum::<f64>();

@@ -10,8 +10,8 @@ use super::report::{line, panel};
 use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use crate::grid::FixedNodes;
 use crate::grid::shape_function::Gimp;
+use crate::heat::sources;
 use crate::heat::{FixedTemperature, HeatConduction, HeatTotals, NodeHeat};
-use crate::heat_sources;
 use crate::material::ConstitutiveModel;
 use crate::simulation::Solver;
 use std::f64::consts::PI;
@@ -203,7 +203,7 @@ pub fn run<D: Dimension>(case: Case, cells: i32, t: f64) -> Outcome {
     for _ in 0..passes {
         pass.conduct(&mut solver.partition, &solver.shape, &solver.model, dt, &mut totals);
         let (partition, parts) = (&mut solver.partition, (&solver.shape, &solver.model));
-        heat_sources::deposit(partition, parts, &sources, capacity, &mut totals);
+        sources::deposit(partition, parts, &sources, capacity, &mut totals);
     }
     let put_in = totals.boundary + passes as f64 * sources.iter().map(|source| source.1).sum::<f64>();
     let volume: f64 = places.iter().map(|seed| seed.volume).sum();

@@ -33,10 +33,14 @@
 //!
 //! Form of the effect: an optional pass; the points' kernel is the adiabatic one.
 
+pub mod nodes;
+pub mod sources;
+pub mod tool;
+
 use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;
 use crate::grid::{FixedNodes, Layout};
-use crate::heat_nodes::HeatNode;
+use crate::heat::nodes::HeatNode;
 use crate::material::ConstitutiveModel;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block, Column, Places};
