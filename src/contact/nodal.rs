@@ -26,13 +26,13 @@
 //! Form of the effect: an optional pass before points move, as `touching`, on one thread; nothing of it is part
 //! of the state.
 
-use crate::chunk_nodes::{NodeSums, TouchedNodes};
 use crate::contact::nodes::{Conditions, assemble, closest, for_each_weight};
 use crate::contact::tool_particles::RigidPoints;
 use crate::contact::{Contact, coulomb};
 use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;
 use crate::partition::Partition;
+use crate::partition::nodes::{NodeSums, TouchedNodes};
 use crate::points::{BLOCK, PointState};
 use crate::simd::Real;
 use crate::tool::profile::Face;

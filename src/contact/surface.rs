@@ -21,7 +21,6 @@
 //! one thread: its result does not depend on how many there are.
 
 use crate::checkpoint::{Bulk, BulkReader};
-use crate::chunk_nodes::{NodeSums, TouchedNodes};
 use crate::contact::gauss_seidel::{Node, Reached, Sweep, Touch, warm_start};
 use crate::contact::nodes::{Conditions, NodeStart, assemble, closest, for_each_weight, from_tool};
 use crate::contact::sticking::{Layer, SLIDING, Sticking, Strength};
@@ -29,6 +28,7 @@ use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::grid::shape_function::ShapeFunction;
 use crate::partition::Partition;
+use crate::partition::nodes::{NodeSums, TouchedNodes};
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::{Real, dispatch};
 use crate::tool::profile::Face;

@@ -29,7 +29,7 @@
 //!   heat itself is not lessened by it, which is a part of some 3 α T₀ κ/(ρ c) of pressure changes, and small;
 //! * retired: kinetic and elastic energy of points that left the domain.
 
-use crate::chunk_nodes::NodeSums;
+use crate::partition::nodes::NodeSums;
 use crate::transfer::PassSums;
 use serde::{Deserialize, Serialize};
 

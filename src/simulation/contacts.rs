@@ -1,7 +1,6 @@
 //! How a simulation meets the tool: at the points, or at nodes under the paper's own laws; and what the other threads do meanwhile.
 
 use super::Simulation;
-use crate::chunk_nodes::{ChunkNodes, TouchedNodes};
 use crate::contact::Contact;
 use crate::contact::nodal::NodalContact;
 use crate::contact::nodes::Conditions;
@@ -11,6 +10,7 @@ use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;
 use crate::material::ConstitutiveModel;
 use crate::parallel::for_each;
+use crate::partition::nodes::{ChunkNodes, TouchedNodes};
 use crate::simd::Real;
 use std::iter;
 use std::mem;

@@ -7,8 +7,6 @@ mod options;
 pub use options::Options;
 
 use crate::checkpoint::Bulk;
-use crate::chunk::{Chunk, Substep};
-use crate::chunk_nodes::{ChunkNodes, NodesStep};
 use crate::contact::nodal::NodalContact;
 use crate::contact::surface::Touching;
 use crate::dimension::Dimension;
@@ -17,11 +15,13 @@ use crate::energy::watch::{self, Watch};
 use crate::error::Error;
 use crate::grid::body_force::BodyForce;
 use crate::grid::shape_function::ShapeFunction;
-use crate::guards::{self, Bounds, MOST_RETRIES};
 use crate::heat::tool::ToolBody;
 use crate::heat::{HeatConduction, HeatTotals};
 use crate::material::ConstitutiveModel;
 use crate::parallel::take_turns;
+use crate::partition::chunk::{Chunk, Substep};
+use crate::partition::nodes::{ChunkNodes, NodesStep};
+use crate::partition::step_bounds::{self, Bounds, MOST_RETRIES};
 use crate::partition::{MOST_CHUNKS, Partition};
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::Real;
@@ -268,7 +268,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         let finite = ledger.is_finite() && volume_ratio.is_finite();
         let cell = self.partition.layout.cell;
         let sound = self.model.sound_speed(volume_ratio);
-        guards::check_motion((self.progress.clock, dt), (travel, cell), sound, finite)?;
+        step_bounds::check_motion((self.progress.clock, dt), (travel, cell), sound, finite)?;
         let progress = &mut self.progress;
         progress.contact_reach = contact_reach;
         for (total, area) in progress.contact_areas.iter_mut().zip(contact.contact_areas) {

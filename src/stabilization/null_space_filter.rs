@@ -24,16 +24,16 @@
 //! Form of the effect: the pass over the points compares each one's velocity with the one with which it moves, and more is
 //! done, after the substep, only where they are further apart than σ_y/(ρ c).
 
-use crate::chunk::Chunk;
 use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;
 use crate::grid::{self, Layout};
 use crate::partition::Partition;
+use crate::partition::chunk::Chunk;
+use crate::partition::velocity_outliers::Stray;
 use crate::points::{BLOCK, Column, Places, PointState};
 use crate::simd::Real;
 use crate::transfer::NodeRun;
 use crate::transfer::stencils::{PointWeights, StencilNodes, for_each_node, stencil_nodes};
-use crate::velocity_range::Stray;
 
 /// Motion of the points between two looks at their velocities (cells).
 ///

@@ -20,13 +20,13 @@
 //! Form of the effect: an optional pass between substeps. Only points that are strained by half the threshold, and their
 //! neighbours, cost anything.
 
-use crate::chunk::Chunk;
 use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;
 use crate::grid::{Layout, Record, add_force};
 use crate::material::ConstitutiveModel;
 use crate::parallel::for_each;
 use crate::partition::Partition;
+use crate::partition::chunk::Chunk;
 use crate::points::{BLOCK, Block, Places, PointState};
 use crate::simd::Real;
 use crate::transfer::NodeRun;

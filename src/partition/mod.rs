@@ -11,14 +11,20 @@
 //! Sorted points go to a second set of blocks, which then changes places with the first: after the first sorts no
 //! memory is asked for.
 
+pub mod chunk;
+pub mod nodes;
+pub mod smoothing;
+pub mod step_bounds;
+pub mod velocity_outliers;
+
 use crate::checkpoint::{Bulk, BulkReader};
-use crate::chunk::Chunk;
-use crate::chunk_nodes::ChunkNodes;
 use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::grid::{FixedNodes, Layout, PencilRanges};
 use crate::parallel::for_each;
 use crate::parallel::take_turns;
+use crate::partition::chunk::Chunk;
+use crate::partition::nodes::ChunkNodes;
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::Real;
 use crate::transfer::NodeRun;

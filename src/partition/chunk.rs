@@ -13,15 +13,15 @@
 //! how many threads there are. On the overlap neighbours do the same work twice and get the same bits; sums over nodes count
 //! those that a chunk owns.
 
-use crate::chunk_nodes::ChunkNodes;
 use crate::dimension::Dimension;
 use crate::grid::Layout;
 use crate::grid::shape_function::ShapeFunction;
 use crate::material::ConstitutiveModel;
+use crate::partition::nodes::ChunkNodes;
+use crate::partition::velocity_outliers::{self, Stray};
 use crate::points::{Block, PointState};
 use crate::simd::{InstructionSet, Real, dispatch};
 use crate::transfer::{Look, NodeRun, PassSums, PointsPass, Suspect};
-use crate::velocity_range::{self, Stray};
 use std::time::{Duration, Instant};
 
 /// Strays, and points suspected of being some, of a chunk that are found without asking for memory.
@@ -90,7 +90,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
             let block = &self.blocks[suspect.block];
             let around = (&nodes.run, common.layout, common.shape);
             let point = (&suspect, &block.places(), &block.velocity);
-            self.strays.extend(velocity_range::judge::<R, D, F>(point, around, bound));
+            self.strays.extend(velocity_outliers::judge::<R, D, F>(point, around, bound));
         }
     }
 
