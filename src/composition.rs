@@ -24,7 +24,7 @@ use crate::material::ConstitutiveModel;
 use crate::material::damage::{DamageEffect, JohnsonCookDamage, Undamaged};
 use crate::material::effects::{Adiabatic, Isothermal, Softening};
 use crate::material::hardening::{Hardening, PowerLaw, TanhLaw};
-use crate::material::johnson_cook::JohnsonCook;
+use crate::material::j2_plasticity::JohnsonCook;
 use crate::material::rate::{RateDependent, RateEffect, RateIndependent};
 use crate::material::viscosity::Viscous;
 use crate::partition::Partition;

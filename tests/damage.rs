@@ -8,7 +8,7 @@ use swarf::grid::shape_function::Gimp;
 use swarf::material::damage::{JohnsonCookDamage, Progress};
 use swarf::material::effects::{Adiabatic, Softening, Temperature};
 use swarf::material::hardening::PowerLaw;
-use swarf::material::johnson_cook::{JohnsonCook, State};
+use swarf::material::j2_plasticity::{JohnsonCook, State};
 use swarf::material::rate::RateDependent;
 use swarf::material::{ConstitutiveModel, Totals};
 use swarf::points::{BLOCK, PointState};

@@ -8,7 +8,7 @@ use swarf::material::ConstitutiveModel;
 use swarf::material::damage::Undamaged;
 use swarf::material::effects::{Adiabatic, Softening, Temperature};
 use swarf::material::hardening::TanhLaw;
-use swarf::material::johnson_cook::{JohnsonCook, State};
+use swarf::material::j2_plasticity::{JohnsonCook, State};
 use swarf::material::library;
 use swarf::material::rate::RateDependent;
 use swarf::points::{BLOCK, PointState};

@@ -4,10 +4,10 @@ pub mod damage;
 pub mod effects;
 pub mod elasticity;
 pub mod hardening;
-pub mod johnson_cook;
+pub mod j2_plasticity;
 pub mod library;
 pub mod rate;
-mod return_map;
+mod return_mapping;
 pub mod viscosity;
 
 use crate::dimension::Dimension;

@@ -8,7 +8,7 @@ use swarf::dimension::Dimension;
 use swarf::grid::shape_function::ShapeFunction;
 use swarf::grid::{FixedNodes, Layout};
 use swarf::material::effects::{Adiabatic, Softening, Temperature};
-use swarf::material::johnson_cook::{JohnsonCook, State};
+use swarf::material::j2_plasticity::{JohnsonCook, State};
 use swarf::material::rate::RateDependent;
 use swarf::material::{ConstitutiveModel, Totals};
 use swarf::partition::Partition;

@@ -6,7 +6,7 @@ use crate::grid::shape_function::ShapeFunction;
 use crate::grid::{FixedNodes, Layout};
 use crate::material::ConstitutiveModel;
 use crate::material::effects::{Adiabatic, Softening};
-use crate::material::johnson_cook::JohnsonCook;
+use crate::material::j2_plasticity::JohnsonCook;
 use crate::material::rate::RateDependent;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block};

@@ -15,7 +15,7 @@ use crate::grid::FixedNodes;
 use crate::grid::shape_function::Gimp;
 use crate::material::ConstitutiveModel;
 use crate::material::effects::{Adiabatic, Softening};
-use crate::material::johnson_cook::JohnsonCook;
+use crate::material::j2_plasticity::JohnsonCook;
 use crate::material::rate::RateIndependent;
 use crate::points::BLOCK;
 use crate::simulation::Solver;

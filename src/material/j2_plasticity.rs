@@ -19,7 +19,7 @@ use super::effects::ThermalEffect;
 use super::elasticity::Elasticity;
 use super::hardening::{Hardening, PowerLaw};
 use super::rate::RateEffect;
-use super::return_map::Return;
+use super::return_mapping::Return;
 use super::{ConstitutiveModel, PointReport, Totals};
 use crate::dimension::Dimension;
 use crate::points::{BLOCK, Column, PointState};

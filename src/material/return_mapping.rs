@@ -17,7 +17,7 @@ use super::Totals;
 use super::damage::{DamageEffect, Yielding};
 use super::effects::ThermalEffect;
 use super::hardening::{Hardening, least};
-use super::johnson_cook::JohnsonCook;
+use super::j2_plasticity::JohnsonCook;
 use super::rate::{KnownReturn, KnownStrength, Nearby, RateEffect, Standing};
 use crate::points::Column;
 use crate::simd::{Kernel, Mask, Real, Simd, Vector};
