@@ -3,7 +3,7 @@
 use crate::fields::Outputs;
 use crate::results::ResultsWriter;
 use crate::scene::{Inputs, Scene};
-use crate::solver::{Drive, Progress, Solver};
+use crate::simulation::solver::{Drive, Progress, Solver};
 use serde::{Deserialize, Serialize};
 
 /// Totals at one time, between which means are taken.

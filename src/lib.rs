@@ -19,7 +19,6 @@ pub mod partition;
 pub mod speedups;
 pub mod stabilization;
 pub mod heat;
-pub mod solver;
 pub mod simulation;
 pub mod fields;
 pub mod profiles;

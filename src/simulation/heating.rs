@@ -7,7 +7,7 @@ use crate::heat::NodeHeat;
 use crate::heat::sources;
 use crate::material::ConstitutiveModel;
 use crate::simd::Real;
-use crate::solver::Progress;
+use crate::simulation::solver::Progress;
 
 impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Simulation<R, D, F, M> {
     /// Lets the friction work since `before` (J) wait as heat on the nodes where it arose.

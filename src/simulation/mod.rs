@@ -1,5 +1,7 @@
 //! The main loop: one explicit substep of the material point method on the solver's own clock.
 
+pub mod solver;
+
 mod contacts;
 mod heating;
 mod options;
@@ -25,7 +27,7 @@ use crate::partition::step_bounds::{self, Bounds, MOST_RETRIES};
 use crate::partition::{MOST_CHUNKS, Partition};
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::Real;
-pub use crate::solver::{Drive, PointView, Progress, Solver};
+pub use crate::simulation::solver::{Drive, PointView, Progress, Solver};
 use crate::speedups::rigid_chip::TailMotion;
 use crate::stabilization::null_space_filter::{self, StrayVelocities};
 use crate::stabilization::volumetric_locking::{self, LockingControl};
