@@ -9,8 +9,8 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use swarf::Session;
-use swarf::plot::colours::Colours;
-use swarf::plot::{FieldPicture, Provenance, View, draw_field};
+use swarf::output::plot::colours::Colours;
+use swarf::output::plot::{FieldPicture, Provenance, View, draw_field};
 use swarf::scene::{Heat, Inputs, Law, Scene, Speed};
 use swarf::session::Advance;
 

@@ -27,13 +27,13 @@ use crate::material::hardening::{Hardening, PowerLaw, TanhLaw};
 use crate::material::j2_plasticity::JohnsonCook;
 use crate::material::rate::{RateDependent, RateEffect, RateIndependent};
 use crate::material::viscosity::Viscous;
+use crate::output::segmentation::StartLattice;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block};
 use crate::scene::speed_levels;
 use crate::scene::{
     ContactChoice, DimensionChoice, Heat, Law, Precision, Scene, ShapeChoice, TransferChoice,
 };
-use crate::segmentation::StartLattice;
 use crate::simd::{InstructionSet, Real};
 use crate::simulation::{Options, Simulation, Solver};
 use crate::speedups::active_window::ActiveWindow;

@@ -1,7 +1,7 @@
 //! What a session keeps beside its solver: inputs and their slopes, and the totals between which means are taken.
 
-use crate::fields::Outputs;
-use crate::results::ResultsWriter;
+use crate::output::point_fields::Outputs;
+use crate::output::results::ResultsWriter;
 use crate::scene::{Inputs, Scene};
 use crate::simulation::solver::{Drive, Progress, Solver};
 use serde::{Deserialize, Serialize};

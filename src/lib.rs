@@ -20,17 +20,10 @@ pub mod speedups;
 pub mod stabilization;
 pub mod heat;
 pub mod simulation;
-pub mod fields;
-pub mod profiles;
-pub mod segmentation;
+pub mod output;
 pub mod checks;
 pub mod composition;
 pub mod estimate;
-pub mod chip;
-pub mod vtk;
-pub mod results;
-#[cfg(feature = "plot")]
-pub mod plot;
 pub mod parallel;
 mod course;
 pub mod session;

@@ -7,14 +7,14 @@
 
 use crate::checkpoint::Bulk;
 use crate::checks;
-use crate::chip::{Survey, shear_angle};
 use crate::composition;
 use crate::course::{Course, Totals};
 use crate::error::Error;
 use crate::estimate::{self, Estimate};
-pub use crate::fields::{Outputs, PointFields};
+pub use crate::output::point_fields::{Outputs, PointFields};
+use crate::output::results::ResultsWriter;
+use crate::output::survey::{Survey, shear_angle};
 use crate::parallel::in_pool;
-use crate::results::ResultsWriter;
 use crate::scene::presets;
 use crate::scene::{Inputs, Scene};
 use crate::simulation::{Progress, Solver};

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 use std::process::Command;
-use swarf::fields::Outputs;
+use swarf::output::point_fields::Outputs;
 use swarf::scene::{Inputs, Scene};
 use swarf::session::{Advance, Session};
 

@@ -5,10 +5,10 @@
 
 use std::collections::HashMap;
 use std::sync::{Mutex, OnceLock};
-use swarf::fields::{Outputs, PointFields};
-use swarf::profiles::lowest_point;
+use swarf::output::point_fields::{Outputs, PointFields};
+use swarf::output::profiles::lowest_point;
+use swarf::output::segmentation::{Bands, StartLattice, bands, fibre};
 use swarf::scene::{Scene, Speed};
-use swarf::segmentation::{Bands, StartLattice, bands, fibre};
 use swarf::session::Session;
 
 mod cut;

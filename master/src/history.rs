@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use swarf::results::history_head;
-use swarf::vtk::MARK;
+use swarf::output::results::history_head;
+use swarf::output::vtk::MARK;
 
 /// The table, whose file is whole after every line.
 pub struct History {

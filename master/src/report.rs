@@ -2,11 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use swarf::fields::PointFields;
-use swarf::plot::colours::Colours;
-use swarf::plot::{Chart, FieldPicture, Provenance, Series, View, draw_charts, draw_field, draw_scatter};
-use swarf::results::{frames_in, history_head};
-use swarf::vtk::read_points;
+use swarf::output::plot::colours::Colours;
+use swarf::output::plot::{
+    Chart, FieldPicture, Provenance, Series, View, draw_charts, draw_field, draw_scatter,
+};
+use swarf::output::point_fields::PointFields;
+use swarf::output::results::{frames_in, history_head};
+use swarf::output::vtk::read_points;
 
 use crate::history::History;
 use crate::options::Options;
@@ -30,7 +32,7 @@ pub fn write(options: &Options, cut: &Cut) -> Result<(), String> {
     print!("{table}");
     let path = out.join("summary.txt");
     let text = format!("{}{table}", history_head(&cut.parameters));
-    swarf::vtk::replace(&path, text.as_bytes()).map_err(|e| e.to_string())?;
+    swarf::output::vtk::replace(&path, text.as_bytes()).map_err(|e| e.to_string())?;
     let provenance = Provenance { footer: footer(cut), parameters: cut.parameters.clone() };
     plots(out, cut, &provenance).map_err(|e| e.to_string())?;
     let pictures = pictures(cut, out, &provenance).map_err(|e| e.to_string())?;
@@ -149,7 +151,7 @@ fn pictures(cut: &Cut, out: &Path, provenance: &Provenance) -> Result<usize, swa
         }
         let mut nearest: Option<(f64, &(PathBuf, PathBuf))> = None;
         for pair in &files {
-            let travel = cut.history.travel_at(swarf::vtk::read_time(&pair.0)?);
+            let travel = cut.history.travel_at(swarf::output::vtk::read_time(&pair.0)?);
             if nearest.is_none_or(|best| (travel - wanted).abs() < (best.0 - wanted).abs()) {
                 nearest = Some((travel, pair));
             }

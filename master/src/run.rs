@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use cpu_time::ProcessTime;
 use indicatif::{ProgressBar, ProgressStyle};
-use swarf::results::history_head;
+use swarf::output::results::history_head;
 
 use crate::fmu::{Fmu, Instance, Step, output_variables};
 use crate::history::History;

@@ -48,7 +48,7 @@ fn run(instance: &mut Instance, from: u32, to: u32) -> Vec<Vec<u64>> {
 #[test]
 fn the_columns_of_result_files_are_outputs_of_the_fmu() {
     let fmu = Fmu::load(&packaged()).unwrap();
-    for column in swarf::fields::COLUMNS {
+    for column in swarf::output::point_fields::COLUMNS {
         let variable = fmu.description.variable(column.name).unwrap();
         assert_eq!(variable.causality, "output", "{}", column.name);
         if let swarf_master::description::Type::Real(unit) = &variable.kind {
@@ -56,7 +56,7 @@ fn the_columns_of_result_files_are_outputs_of_the_fmu() {
             assert_eq!(unit, column.unit, "unit of {}", column.name);
         }
     }
-    assert_eq!(output_variables(&fmu.description).len(), swarf::fields::COLUMNS.len());
+    assert_eq!(output_variables(&fmu.description).len(), swarf::output::point_fields::COLUMNS.len());
 }
 
 /// A reset instance has nothing left of its first life.
@@ -129,11 +129,11 @@ fn results_are_written_where_asked() {
     let mut instance = begun(&fmu, "results", &[("results.directory", &place), ("results.interval", "1e-6")]);
     run(&mut instance, 0, 3);
     let points = instance.get("numerics.active_points").unwrap();
-    let frames = swarf::results::frames_in(&folder).unwrap();
+    let frames = swarf::output::results::frames_in(&folder).unwrap();
     // At 0, 1 and 2 µs, and at 3 µs where the solver's clock has passed it.
     assert!((3..=4).contains(&frames.len()), "{} frames", frames.len());
     let (file, outline) = &frames[2];
-    let fields = swarf::vtk::read_points(file, Some(outline)).unwrap();
+    let fields = swarf::output::vtk::read_points(file, Some(outline)).unwrap();
     assert_eq!(fields.position.len() as f64, points, "points in the file");
     assert!((2e-6..2.1e-6).contains(&fields.time), "time {}", fields.time);
     assert!(fields.tool_outline.len() >= 4, "{:?}", fields.tool_outline);

@@ -5,7 +5,7 @@ use super::design::{Design, Method, micrometres};
 use super::run::{Ending, Measured, Problem};
 use super::store::Store;
 use crate::Error;
-use crate::plot::{Chart, Provenance, draw_charts};
+use crate::output::plot::{Chart, Provenance, draw_charts};
 use crate::scene::Speed;
 use crate::scene::presets::{PRESET, PRESET_WITH_CONDUCTION, PRESETS, Price};
 use crate::study::verification::report::{line, logarithms, panel};

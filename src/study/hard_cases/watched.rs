@@ -180,7 +180,7 @@ pub fn not_finite(fields: &PointFields) -> usize {
 
 /// Outputs that are not finite.
 pub fn outputs_not_finite(outputs: &Outputs) -> usize {
-    crate::fields::COLUMNS.iter().filter(|column| !(column.value)(outputs).is_finite()).count()
+    crate::output::point_fields::COLUMNS.iter().filter(|column| !(column.value)(outputs).is_finite()).count()
 }
 
 /// Cuts `travel` (m) at the scenes' speeds in `steps` looks each, side by side, in the order given.

@@ -1,7 +1,7 @@
 //! What verification finds: a table in Markdown and CSV, and plots.
 
 use crate::Error;
-use crate::plot::{Chart, Provenance, Series, draw_charts};
+use crate::output::plot::{Chart, Provenance, Series, draw_charts};
 use std::fmt::Write;
 use std::path::Path;
 

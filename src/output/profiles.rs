@@ -9,7 +9,7 @@
 
 use std::fmt::Write as _;
 
-use crate::fields::PointFields;
+use crate::output::point_fields::PointFields;
 
 /// Quantities under the machined surface, in the order of a row's values.
 pub const SURFACE_QUANTITIES: [&str; 5] =

@@ -7,7 +7,7 @@ use plotters::prelude::*;
 use super::colours::Colours;
 use super::{INK, PALE, Provenance, failed, footer, sign, text, tick};
 use crate::Error;
-use crate::fields::PointFields;
+use crate::output::point_fields::PointFields;
 
 /// The part of the x-y plane a picture shows (m).
 #[derive(Clone, Copy, Debug, PartialEq)]

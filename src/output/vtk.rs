@@ -10,7 +10,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::Error;
-use crate::fields::PointFields;
+use crate::output::point_fields::PointFields;
 
 /// What every file begins with, by which the program knows its own files.
 pub const MARK: &str = "written by swarf";

@@ -21,7 +21,7 @@
 //! The spacing is that of the uncut material, so the frequency is cutting speed / spacing, at the speed of the moment;
 //! in the chip the bands stand closer by the chip compression, feed / chip thickness.
 
-use crate::fields::PointFields;
+use crate::output::point_fields::PointFields;
 
 /// The fibre's place above the cutting plane, in feeds (-).
 const FIBRE: [f64; 2] = [1.0 / 3.0, 1.4 / 3.0];

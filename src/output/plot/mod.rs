@@ -13,7 +13,7 @@ use std::sync::Once;
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
 
-use crate::{Error, vtk};
+use crate::{Error, output::vtk};
 
 pub use chart::{Chart, Series, draw_charts, draw_scatter};
 pub use field::{FieldPicture, View, draw_field};
@@ -63,7 +63,7 @@ fn sign(path: &Path, provenance: &Provenance) -> Result<(), Error> {
         return Err(refused("the picture is empty".into()));
     }
     let mut chunk = b"iTXtDescription\0\0\0\0\0".to_vec();
-    chunk.extend_from_slice(crate::results::history_head(&provenance.parameters).as_bytes());
+    chunk.extend_from_slice(crate::output::results::history_head(&provenance.parameters).as_bytes());
     let length = (chunk.len() - 4) as u32;
     let mut out = png[..after_header].to_vec();
     out.extend_from_slice(&length.to_be_bytes());

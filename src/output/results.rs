@@ -14,11 +14,11 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::fields::{COLUMNS, Outputs, PointFields};
-use crate::profiles::{self, RAKE_QUANTITIES, RakeFace, SURFACE_QUANTITIES};
+use crate::output::point_fields::{COLUMNS, Outputs, PointFields};
+use crate::output::profiles::{self, RAKE_QUANTITIES, RakeFace, SURFACE_QUANTITIES};
+use crate::output::segmentation::{self, StartLattice};
 use crate::scene::{DimensionChoice, SceneKind};
-use crate::segmentation::{self, StartLattice};
-use crate::{Error, Scene, vtk};
+use crate::{Error, Scene, output::vtk};
 
 /// Writes the files of one run. Plain data: a copy continues where the original stood.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,0 +1,18 @@
+//! What a run hands out: fields of the points, measures of chip and surface, files and pictures.
+//!
+//! Plain data in, files out: nothing here knows the solver but [`survey`], which counts points as the solver shows them.
+//!
+//! * [`point_fields`]: the fields of all points at one time;
+//! * [`survey`]: sums over the points: chip temperature, thickness, strains;
+//! * [`profiles`], [`segmentation`]: machined surface, rake face, shear bands;
+//! * [`results`], [`vtk`]: the files of `results.directory`;
+//! * `plot`: pictures and charts (feature `plot`, no part of the shipped library).
+
+pub mod point_fields;
+pub mod survey;
+pub mod profiles;
+pub mod segmentation;
+pub mod results;
+pub mod vtk;
+#[cfg(feature = "plot")]
+pub mod plot;
