@@ -19,9 +19,9 @@
 //! heat) at 40, 20 and 10 µm (docs/accuracy.md); they hold what else a run has and a substep at rest has not. A time of this
 //! machine under its present load is no part of a state, and the only output that two equal runs may differ in.
 
-use crate::composition;
 use crate::error::Error;
 use crate::scene::{Inputs, Scene, TransferChoice};
+use crate::setup;
 use crate::simulation::{Drive, Solver};
 use crate::speedups::active_window;
 use crate::speedups::rigid_chip;
@@ -105,7 +105,7 @@ fn small_copy(solver: &dyn Solver, scene: &Scene) -> Result<Box<dyn Solver>, Err
 fn coarser(scene: &Scene) -> Result<Box<dyn Solver>, Error> {
     let mut coarse = scene.clone();
     coarse.numerics.point_spacing *= coarseness(scene);
-    composition::build(&coarse)
+    setup::build(&coarse)
 }
 
 /// CPU time of a substep at rest for each point (s), for a run of so many substeps.

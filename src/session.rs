@@ -6,8 +6,6 @@
 //! depend on how the span is cut into communication steps.
 
 use crate::checkpoint::Bulk;
-use crate::checks;
-use crate::composition;
 use crate::course::{Course, Totals};
 use crate::error::Error;
 use crate::estimate::{self, Estimate};
@@ -17,6 +15,8 @@ use crate::output::survey::{Survey, shear_angle};
 use crate::parallel::in_pool;
 use crate::scene::presets;
 use crate::scene::{Inputs, Scene};
+use crate::setup;
+use crate::setup::checks;
 use crate::simulation::{Progress, Solver};
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
@@ -70,7 +70,7 @@ impl Session {
         parameters: &[(String, String)],
     ) -> Result<Self, Error> {
         let scene = checks::check(scene)?;
-        let solver = composition::build(&scene)?;
+        let solver = setup::build(&scene)?;
         let results = ResultsWriter::new(&scene, parameters)?;
         let course = Course {
             start: start_time,
@@ -376,7 +376,7 @@ impl Session {
 
     /// One line that says which effects run and why.
     pub fn effects_summary(&self) -> String {
-        composition::effects_summary(&self.course.scene)
+        setup::effects_summary(&self.course.scene)
     }
 
     /// What the results writer has to say at the start, if there is one.
@@ -423,7 +423,7 @@ impl Session {
         }
         let saved: Saved = postcard::from_bytes(body).map_err(|_| damaged("its content cannot be read"))?;
         let scene = checks::check(&saved.course.scene).map_err(|error| damaged(&error.to_string()))?;
-        let mut solver = composition::build(&scene)?;
+        let mut solver = setup::build(&scene)?;
         solver.restore(&saved.bulk, &saved.progress)?;
         Ok(Session { course: saved.course, solver })
     }

@@ -4,7 +4,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use swarf::scene::Scene;
 use swarf::simulation::Drive;
-use swarf::{checks, composition};
+use swarf::{setup, setup::checks};
 
 struct Counting;
 
@@ -50,7 +50,7 @@ fn count(warm_up: usize, substeps: usize, parallel: bool, smoothed: bool) -> Cal
     scene.numerics.point_spacing = 2e-5;
     scene.numerics.smoothed_increments = smoothed;
     let scene = checks::check(&scene).expect("a good scene");
-    let mut solver = composition::build(&scene).expect("a good scene");
+    let mut solver = setup::build(&scene).expect("a good scene");
     let drive = Drive { velocity: [-200.0, 0.0], friction: 0.2 };
     let mut calls = Calls::default();
     for k in 0..warm_up + substeps {

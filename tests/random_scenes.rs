@@ -7,11 +7,11 @@
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
 use std::sync::atomic::{AtomicU32, Ordering};
-use swarf::checks;
 use swarf::scene::{
     ContactChoice, DimensionChoice, Heat, Inputs, Law, Precision, Scene, ShapeChoice, Speed, TransferChoice,
 };
 use swarf::session::{Advance, Session};
+use swarf::setup::checks;
 use swarf::study::hard_cases::misuse::names_a_cause;
 use swarf::study::hard_cases::watched::{not_finite, outputs_not_finite};
 use swarf::variables;

@@ -8,9 +8,9 @@ use swarf::dimension::PlaneStrain;
 use swarf::grid::shape_function::Gimp;
 use swarf::scene::{Constants, Inputs, Precision, Scene};
 use swarf::session::{Advance, Session};
+use swarf::setup::courant_limit;
 use swarf::simd::InstructionSet;
 use swarf::simulation::Solver;
-use swarf::stability;
 use swarf::study::verification::arena::{
     Arena, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, points, steel,
 };
@@ -166,7 +166,13 @@ fn vibrate(size: [usize; 2], courant: f64) -> Vibration {
 #[test]
 fn blocks_hold_at_twice_the_courant_number() {
     let limit = |size: [usize; 2], smoothed| {
-        stability::largest_courant::<PlaneStrain, _>(&Gimp::new(2), 2, [size[0], size[1], 1], RATIO, smoothed)
+        courant_limit::largest_courant::<PlaneStrain, _>(
+            &Gimp::new(2),
+            2,
+            [size[0], size[1], 1],
+            RATIO,
+            smoothed,
+        )
     };
     for size in [[32, 16], [32, 2], [32, 1]] {
         let courant = limit(size, true);

@@ -1,11 +1,11 @@
 //! One run of a study: what is run, and what it measured.
 
-use crate::checks;
 use crate::dimension::PlaneStrain;
 use crate::estimate::Clock;
 use crate::grid::shape_function::{Gimp, Linear};
 use crate::scene::{Accuracy, Scene, Speed};
 use crate::session::{Advance, Outputs, Session};
+use crate::setup::checks;
 use crate::study::verification::{manufactured, piston};
 use crate::variables::set_by_name;
 use std::time::Instant;

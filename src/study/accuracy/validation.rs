@@ -77,7 +77,7 @@ struct Grid {
 impl Grid {
     fn new(is_quick: bool) -> Grid {
         let has_conduction = super::run::scene_of(&[set("effects.heat", "conduction")])
-            .and_then(|scene| crate::checks::check(&scene))
+            .and_then(|scene| crate::setup::checks::check(&scene))
             .is_ok();
         let heat = if has_conduction { "conduction" } else { "adiabatic" };
         if is_quick {

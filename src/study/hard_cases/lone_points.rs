@@ -8,8 +8,8 @@ use super::{Form, Setting, Sheet};
 use crate::dimension::PlaneStrain;
 use crate::grid::shape_function::Gimp;
 use crate::scene::Constants;
+use crate::setup::courant_limit;
 use crate::simulation::Solver;
-use crate::stability;
 use crate::study::verification::arena::{
     Arena, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, steel,
 };
@@ -60,7 +60,7 @@ const THIN: &str = "the limit is that of straight rows; points that have moved u
 /// * `courant`: at the limit of stability where none is given
 fn aligned(sheet: &mut Sheet, name: &str, size: [usize; 2], courant: Option<f64>, remark: &str) {
     let limit =
-        stability::largest_courant::<PlaneStrain, _>(&Gimp::new(2), 2, [size[0], size[1], 1], 0.3, false);
+        courant_limit::largest_courant::<PlaneStrain, _>(&Gimp::new(2), 2, [size[0], size[1], 1], 0.3, false);
     let number = courant.map_or(format!("{limit:.4}, the limit of stability"), |courant| courant.to_string());
     let (most, retries, error) = vibrate(size, courant.unwrap_or(limit));
     let (most, remark) =

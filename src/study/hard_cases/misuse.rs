@@ -99,8 +99,8 @@ pub fn fill(setting: &Setting, sheet: &mut Sheet) {
             let mut scene = cut(setting.pick(4e-5, 2e-5));
             scene.material.name = "custom".into();
             (misuse.make)(&mut scene);
-            let refusal =
-                variables::check_ranges(&scene).and_then(|()| crate::checks::check(&scene).map(|_| ()));
+            let refusal = variables::check_ranges(&scene)
+                .and_then(|()| crate::setup::checks::check(&scene).map(|_| ()));
             let mut run = Watched::new(&scene);
             run.run(8e-4 / scene.inputs.tool_velocity, 16);
             (misuse, refusal, run)

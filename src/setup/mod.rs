@@ -12,7 +12,9 @@
 //! of 0 stands for it, where it has no heat, a Taylor-Quinney coefficient of 0, where it does not soften, a melting
 //! temperature out of reach.
 
-use crate::checks::cell;
+pub mod checks;
+pub mod courant_limit;
+
 use crate::contact::Contact;
 use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use crate::error::Error;
@@ -34,6 +36,7 @@ use crate::scene::speed_levels;
 use crate::scene::{
     ContactChoice, DimensionChoice, Heat, Law, Precision, Scene, ShapeChoice, TransferChoice,
 };
+use crate::setup::checks::cell;
 use crate::simd::{InstructionSet, Real};
 use crate::simulation::{Options, Simulation, Solver};
 use crate::speedups::active_window::ActiveWindow;

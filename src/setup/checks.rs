@@ -9,8 +9,8 @@ use crate::scene::speed_levels;
 use crate::scene::{
     ContactChoice, DimensionChoice, Heat, Law, Precision, Scene, SceneKind, ShapeChoice, TransferChoice,
 };
+use crate::setup::courant_limit;
 use crate::speedups::rigid_chip::LEAST_REACH;
-use crate::stability;
 
 /// Checks what belongs together and refuses what this version does not have; fills in a library material's constants.
 ///
@@ -112,10 +112,10 @@ fn courant_limit(scene: &Scene) -> f64 {
         (ShapeChoice::Linear, _) => 0.6,
         (ShapeChoice::Gimp, DimensionChoice::PlaneStrain) => {
             let smoothed = scene.numerics.smoothed_increments;
-            stability::largest_courant::<PlaneStrain, _>(&shape, per_edge, PLANE, ratio, smoothed)
+            courant_limit::largest_courant::<PlaneStrain, _>(&shape, per_edge, PLANE, ratio, smoothed)
         }
         (ShapeChoice::Gimp, DimensionChoice::ThreeDimensional) => {
-            stability::largest_courant::<ThreeDimensional, _>(&shape, per_edge, SPACE, ratio, false)
+            courant_limit::largest_courant::<ThreeDimensional, _>(&shape, per_edge, SPACE, ratio, false)
         }
     }
 }
