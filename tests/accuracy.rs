@@ -1,9 +1,9 @@
 //! What accuracy costs: the short study, the estimate, and the presets.
 
 use std::fs;
-use swarf::estimate::Estimate;
 use swarf::scene::{Accuracy, Precision, Scene, Speed};
 use swarf::session::Session;
+use swarf::session::cost_estimate::Estimate;
 use swarf::study::accuracy::{Options, study};
 
 /// 0.2 mm of a small cut.

@@ -1,9 +1,9 @@
 //! One run of a study: what is run, and what it measured.
 
 use crate::dimension::PlaneStrain;
-use crate::estimate::Clock;
 use crate::grid::shape_function::{Gimp, Linear};
 use crate::scene::{Accuracy, Scene, Speed};
+use crate::session::cost_estimate::Clock;
 use crate::session::{Advance, Outputs, Session};
 use crate::setup::checks;
 use crate::study::verification::{manufactured, piston};

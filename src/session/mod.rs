@@ -5,16 +5,19 @@
 //! take the fraction of the last substep's impulse that belongs to it. So the state after a span of time does not
 //! depend on how the span is cut into communication steps.
 
+pub mod run_state;
+pub mod cost_estimate;
+
 use crate::checkpoint::Bulk;
-use crate::course::{Course, Totals};
 use crate::error::Error;
-use crate::estimate::{self, Estimate};
 pub use crate::output::point_fields::{Outputs, PointFields};
 use crate::output::results::ResultsWriter;
 use crate::output::survey::{Survey, shear_angle};
 use crate::parallel::in_pool;
 use crate::scene::presets;
 use crate::scene::{Inputs, Scene};
+use crate::session::cost_estimate::Estimate;
+use crate::session::run_state::{Course, Totals};
 use crate::setup;
 use crate::setup::checks;
 use crate::simulation::{Progress, Solver};
@@ -108,7 +111,7 @@ impl Session {
     pub fn estimate(&mut self, stop_time: f64) -> Result<Estimate, Error> {
         let course = &mut self.course;
         let duration = (stop_time - course.start - self.solver.progress().clock).max(0.0);
-        let estimate = estimate::of_run(self.solver.as_ref(), &course.scene, &course.inputs, duration)?;
+        let estimate = cost_estimate::of_run(self.solver.as_ref(), &course.scene, &course.inputs, duration)?;
         course.outputs.estimated_cpu_time = estimate.cpu_seconds;
         Ok(estimate)
     }
