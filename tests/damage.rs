@@ -15,7 +15,7 @@ use swarf::points::{BLOCK, PointState};
 use swarf::scene::Constants;
 use swarf::simd::{InstructionSet, Kernel, Simd, Vector, dispatch};
 use swarf::simulation::Solver;
-use swarf::study::verification::arena::{self, Arena, NO_DRIVE, distant_tool, lattice, points, total};
+use swarf::study::body_setup::{self, Arena, NO_DRIVE, distant_tool, lattice, points, total};
 
 type Damaged =
     JohnsonCook<f64, RateDependent<f64>, Adiabatic<f64, true>, PowerLaw<f64>, JohnsonCookDamage<f64>>;
@@ -298,10 +298,10 @@ fn tear(spacing: f64) -> Parted {
     let now = points(&bar);
     let ledger = &bar.progress().ledger;
     let dissipated = ledger.plastic_work + ledger.damage_work;
-    let kinetic = total(&now, |p| arena::kinetic(p, [0.0; 3]));
+    let kinetic = total(&now, |p| body_setup::kinetic(p, [0.0; 3]));
     Parted {
         separation: ledger.damage_work / (c.fracture_energy * BAR[1]),
-        imbalance: ledger.imbalance(kinetic, total(&now, arena::elastic)) / dissipated,
+        imbalance: ledger.imbalance(kinetic, total(&now, body_setup::elastic)) / dissipated,
         momentum: (end.0 - start.0).abs() / start.2.0,
         failed: now.iter().filter(|p| p.report.damage >= 1.0).count() as f64 / count(BAR[1]) as f64,
         speed: end.2.0 / end.2.1 / (start.2.0 / start.2.1),
@@ -369,10 +369,10 @@ fn shear_off(spacing: f64) -> [f64; 2] {
     let ledger = &layer.progress().ledger;
     let dissipated = ledger.plastic_work + ledger.damage_work;
     let now = points(&layer);
-    let kinetic = total(&now, |p| arena::kinetic(p, [0.0; 3]));
+    let kinetic = total(&now, |p| body_setup::kinetic(p, [0.0; 3]));
     [
         ledger.damage_work / (c.fracture_energy * LAYER[0]),
-        ledger.imbalance(kinetic, total(&now, arena::elastic)) / dissipated,
+        ledger.imbalance(kinetic, total(&now, body_setup::elastic)) / dissipated,
     ]
 }
 

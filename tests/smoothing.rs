@@ -11,7 +11,7 @@ use swarf::session::{Advance, Session};
 use swarf::setup::courant_limit;
 use swarf::simd::InstructionSet;
 use swarf::simulation::Solver;
-use swarf::study::verification::arena::{
+use swarf::study::body_setup::{
     Arena, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, points, steel,
 };
 use swarf::study::verification::bar::constants;

@@ -12,7 +12,7 @@ use swarf::scene::{Constants, Scene};
 use swarf::session::Session;
 use swarf::simd::Vector;
 use swarf::simulation::{Drive, Solver};
-use swarf::study::verification::arena::{Arena, Steel, lattice, never_yielding};
+use swarf::study::body_setup::{Arena, Steel, lattice, never_yielding};
 use swarf::tool::RigidTool;
 use swarf::tool::profile::ToolShape;
 

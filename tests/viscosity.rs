@@ -1,7 +1,7 @@
 //! Artificial viscosity on the piston shock.
 
 use swarf::material::viscosity::Viscous;
-use swarf::study::verification::arena::steel;
+use swarf::study::body_setup::steel;
 use swarf::study::verification::piston::{Outcome, Piston, SPEED, run, run_with};
 
 /// By how much the compressive stress exceeds its plateau at most, over the half of the way from the piston to the plastic

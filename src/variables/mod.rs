@@ -9,7 +9,7 @@ mod numerics;
 mod outputs;
 mod text;
 pub mod units;
-mod workshop;
+mod process;
 
 use crate::Error;
 use crate::scene::{Inputs, Scene};
@@ -236,7 +236,7 @@ impl Choice {
 /// All variables, in the order of the description: inputs, outputs, parameters.
 pub fn all() -> impl Iterator<Item = &'static Variable> {
     let groups =
-        [outputs::INPUTS, outputs::OUTPUTS, workshop::PARAMETERS, material::PARAMETERS, numerics::PARAMETERS];
+        [outputs::INPUTS, outputs::OUTPUTS, process::PARAMETERS, material::PARAMETERS, numerics::PARAMETERS];
     groups.into_iter().flatten()
 }
 

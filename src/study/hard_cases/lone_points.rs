@@ -10,9 +10,7 @@ use crate::grid::shape_function::Gimp;
 use crate::scene::Constants;
 use crate::setup::courant_limit;
 use crate::simulation::Solver;
-use crate::study::verification::arena::{
-    Arena, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, steel,
-};
+use crate::study::body_setup::{Arena, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, steel};
 use crate::study::verification::bar::constants;
 use std::f64::consts::PI;
 

@@ -9,7 +9,7 @@ use crate::dimension::PlaneStrain;
 use crate::grid::FixedNodes;
 use crate::grid::shape_function::Gimp;
 use crate::simulation::{PointView, Solver};
-use crate::study::verification::arena::{
+use crate::study::body_setup::{
     Arena, NO_DRIVE, distant_tool, elastic, kinetic, lattice, points, steel, total,
 };
 use crate::study::verification::bar::{LENGTH, SPEED, constants, exact_period};

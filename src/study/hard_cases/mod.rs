@@ -10,7 +10,7 @@ pub mod interrupted;
 pub mod lone_points;
 pub mod long_vibration;
 pub mod misuse;
-pub mod passages;
+pub mod entry_and_exit;
 pub mod sheet;
 pub mod sliding_bar;
 pub mod steering;
@@ -84,7 +84,7 @@ pub const CASES: [Case; 15] = [
     Case::new(8, "long vibration", long_vibration::fill),
     Case::new(9, "stretching", stretching::fill),
     Case::new(10, "inputs that jump", steering::fill),
-    Case::new(11, "passages of the tool", passages::fill),
+    Case::new(11, "passages of the tool", entry_and_exit::fill),
     Case::new(12, "misuse", misuse::fill),
     Case::new(13, "endurance", endurance::fill),
     Case::new(0, "many instances", endurance::many_instances),

@@ -9,7 +9,7 @@ use super::{Form, Setting, Sheet};
 use crate::dimension::PlaneStrain;
 use crate::grid::shape_function::Gimp;
 use crate::simulation::Solver;
-use crate::study::verification::arena::{Arena, NO_DRIVE, distant_tool, lattice, points, steel};
+use crate::study::body_setup::{Arena, NO_DRIVE, distant_tool, lattice, points, steel};
 use crate::study::verification::bar::constants;
 use std::f64::consts::PI;
 use std::sync::Arc;

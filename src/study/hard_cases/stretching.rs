@@ -14,7 +14,7 @@ use crate::grid::FixedNodes;
 use crate::grid::shape_function::Gimp;
 use crate::scene::Constants;
 use crate::simulation::Solver;
-use crate::study::verification::arena::{
+use crate::study::body_setup::{
     Arena, NO_DRIVE, distant_tool, lattice, never_yielding, perfectly_plastic, points, steel, steel_4340,
 };
 

@@ -9,7 +9,7 @@ use crate::material::{ConstitutiveModel, Totals};
 use crate::points::PointState;
 use crate::scene::Scene;
 use crate::simd::{InstructionSet, Kernel, Simd, Vector, dispatch};
-use crate::study::verification::arena::{Steel, steel, steel_4340};
+use crate::study::body_setup::{Steel, steel, steel_4340};
 use rayon::prelude::*;
 
 /// Fills the sheet.

@@ -4,16 +4,16 @@
 //! Fixed nodes cannot fly: the flying bar is two bars of length L joined at their held ends, where neither moves.
 
 use super::Report;
-use super::arena::{
-    Arena, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, never_yielding, points, steel,
-    steel_4340, total,
-};
 use super::report::{line, panel};
 use crate::dimension::PlaneStrain;
 use crate::grid::FixedNodes;
 use crate::grid::shape_function::{Gimp, ShapeFunction};
 use crate::scene::Constants;
 use crate::simulation::{PointView, Solver};
+use crate::study::body_setup::{
+    Arena, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, never_yielding, points, steel,
+    steel_4340, total,
+};
 use std::f64::consts::FRAC_PI_2;
 
 /// Length of the bar (m) and largest speed of the vibration at the start (m/s).

@@ -6,13 +6,15 @@
 //! and dissipates none, so what is lost is the scheme's.
 
 use super::Report;
-use super::arena::{Arena, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, points, total};
 use super::neo_hookean::NeoHookean;
 use super::report::{line, logarithms, panel};
 use crate::dimension::PlaneStrain;
 use crate::grid::shape_function::Gimp;
 use crate::material::ConstitutiveModel;
 use crate::simulation::{PointView, Solver};
+use crate::study::body_setup::{
+    Arena, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, points, total,
+};
 use crate::transfer::apic::Affine;
 
 /// Radius (m) and speed along each axis (m/s).

@@ -9,7 +9,6 @@
 //! For small α ΔT these are αΔT, (1 + ν) αΔT, −E α ΔT and −3 κ α ΔT.
 
 use super::Report;
-use super::arena::{Arena, NO_DRIVE, ROOM, distant_tool, lattice, never_yielding, steel_4340};
 use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use crate::grid::FixedNodes;
 use crate::grid::shape_function::Gimp;
@@ -19,6 +18,7 @@ use crate::material::j2_plasticity::JohnsonCook;
 use crate::material::rate::RateIndependent;
 use crate::points::BLOCK;
 use crate::simulation::Solver;
+use crate::study::body_setup::{Arena, NO_DRIVE, ROOM, distant_tool, lattice, never_yielding, steel_4340};
 
 /// Rise of temperature (K).
 pub const RISE: f64 = 100.0;

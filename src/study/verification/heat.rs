@@ -5,7 +5,6 @@
 //! symmetric, at its middle or where the heat of its face has reached, so that as many cells cover what changes.
 
 use super::Report;
-use super::arena::{Arena, ROOM, Seed, Steel, distant_tool, lattice, never_yielding, steel, steel_4340};
 use super::report::{line, panel};
 use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use crate::grid::FixedNodes;
@@ -14,6 +13,9 @@ use crate::heat::sources;
 use crate::heat::{FixedTemperature, HeatConduction, HeatTotals, NodeHeat};
 use crate::material::ConstitutiveModel;
 use crate::simulation::Solver;
+use crate::study::body_setup::{
+    Arena, ROOM, Seed, Steel, distant_tool, lattice, never_yielding, steel, steel_4340,
+};
 use std::f64::consts::PI;
 
 /// Amplitude of the prescribed temperatures (K).

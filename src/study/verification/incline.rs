@@ -9,13 +9,13 @@
 //! Gravity grows over `RAMP`: an elastic body that is loaded at once vibrates, and loses its hold whenever it is light.
 
 use super::Report;
-use super::arena::{Arena, Seed, lattice, never_yielding, points, steel, steel_4340, total};
 use super::report::{line, panel};
 use crate::contact::Contact;
 use crate::dimension::PlaneStrain;
 use crate::grid::shape_function::Gimp;
 use crate::scene::Constants;
 use crate::simulation::{Drive, PointView, Solver};
+use crate::study::body_setup::{Arena, Seed, lattice, never_yielding, points, steel, steel_4340, total};
 use crate::tool::RigidTool;
 use crate::tool::profile::ToolShape;
 use std::f64::consts::TAU;

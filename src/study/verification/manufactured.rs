@@ -18,7 +18,6 @@
 //! 15-digit samples (test `body_forces_match_the_samples`).
 
 use super::Report;
-use super::arena::{Arena, NO_DRIVE, Seed, distant_tool, lattice, points};
 use super::neo_hookean::NeoHookean;
 use super::report::{line, logarithms, panel};
 use crate::dimension::Dimension;
@@ -26,6 +25,7 @@ use crate::dimension::PlaneStrain;
 use crate::grid::FixedNodes;
 use crate::grid::shape_function::{Gimp, ShapeFunction};
 use crate::simulation::Solver;
+use crate::study::body_setup::{Arena, NO_DRIVE, Seed, distant_tool, lattice, points};
 use std::f64::consts::PI;
 use std::sync::Arc;
 

@@ -17,13 +17,13 @@
 //! solver but the constants.
 
 use super::Report;
-use super::arena::{ROOM, Steel, steel, steel_4340};
 use super::report::{line, logarithms, panel};
 use crate::dimension::PlaneStrain;
 use crate::material::{ConstitutiveModel, Totals};
 use crate::points::PointState;
 use crate::scene::Constants;
 use crate::simd::{InstructionSet, Kernel, Simd, Vector, dispatch};
+use crate::study::body_setup::{ROOM, Steel, steel, steel_4340};
 
 /// A path of deformation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

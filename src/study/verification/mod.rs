@@ -4,7 +4,6 @@
 //! plots. The tests of the same names call the same runs with coarser settings. A criterion that is not met stays in the
 //! table with the figure reached and the reason.
 
-pub mod arena;
 pub mod bar;
 pub mod disks;
 pub mod expansion;

@@ -12,7 +12,6 @@
 //! Source of the jump conditions: Davison (2008), Fundamentals of Shock Wave Propagation in Solids, chapter 2.
 
 use super::Report;
-use super::arena::{self, Arena, Seed, lattice, perfectly_plastic, points, steel, steel_4340, total};
 use super::report::{line, panel};
 use crate::contact::Contact;
 use crate::dimension::PlaneStrain;
@@ -21,6 +20,9 @@ use crate::grid::shape_function::Gimp;
 use crate::material::ConstitutiveModel;
 use crate::scene::Constants;
 use crate::simulation::{Drive, PointView, Solver};
+use crate::study::body_setup::{
+    self, Arena, Seed, lattice, perfectly_plastic, points, steel, steel_4340, total,
+};
 use crate::tool::RigidTool;
 
 /// Speed of the piston: the reference cut's tool (m/s).
@@ -161,7 +163,7 @@ pub fn run_with<M: ConstitutiveModel<f64, PlaneStrain>>(
     seeds.iter_mut().for_each(|seed| seed.velocity[0] = flight);
     // The tool cuts towards −x: the bar lies to its left and is pushed at its right end.
     let tool = RigidTool {
-        shape: arena::upright_block(LENGTH, 40.0 * height),
+        shape: body_setup::upright_block(LENGTH, 40.0 * height),
         // A node exactly on the face counts as inside for any rounding.
         position: [LENGTH * (1.0 - 1e-12), -20.0 * height],
         velocity: [0.0; 2],
@@ -192,8 +194,8 @@ pub fn run_with<M: ConstitutiveModel<f64, PlaneStrain>>(
     let momentum = total(&now, |p| p.mass * (p.velocity[0] - flight));
     let profile = layers(&now, &seeds, LENGTH, count);
     let ledger = &bar.progress().ledger;
-    let kinetic = total(&now, |p| arena::kinetic(p, [0.0; 3]));
-    let imbalance = ledger.imbalance(kinetic, total(&now, arena::elastic)) / ledger.plastic_work;
+    let kinetic = total(&now, |p| body_setup::kinetic(p, [0.0; 3]));
+    let imbalance = ledger.imbalance(kinetic, total(&now, body_setup::elastic)) / ledger.plastic_work;
     let viscous_work = ledger.viscous_work / ledger.plastic_work;
     let fronts = fronts(&profile, &exact);
     // The plateau is what lies between the contact's first cells and the plastic front's width.

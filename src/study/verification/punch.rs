@@ -7,7 +7,6 @@
 //! Half of the problem is computed; nodes on the plane of symmetry slide along it. The punch comes slowly and softly.
 
 use super::Report;
-use super::arena::{self, Arena, lattice, perfectly_plastic, points, steel, steel_4340};
 use super::report::{line, panel};
 use crate::contact::Contact;
 use crate::dimension::PlaneStrain;
@@ -15,6 +14,7 @@ use crate::grid::FixedNodes;
 use crate::grid::shape_function::Gimp;
 use crate::scene::Constants;
 use crate::simulation::{Drive, PointView, Solver};
+use crate::study::body_setup::{self, Arena, lattice, perfectly_plastic, points, steel, steel_4340};
 use crate::tool::RigidTool;
 use std::f64::consts::PI;
 
@@ -61,7 +61,7 @@ pub fn run(cells: i32, points_touch: bool, locking_control: bool, settlement: f6
     let seeds = lattice([0.0, -depth, 0.0], [count[0], count[1], 1], cell / 2.0, 2);
     let behind = 20.0 * cell;
     let tool = RigidTool {
-        shape: arena::upright_block(behind + HALF_WIDTH, HALF_WIDTH),
+        shape: body_setup::upright_block(behind + HALF_WIDTH, HALF_WIDTH),
         // Nodes on the faces at the start count as inside for any rounding.
         position: [-behind * (1.0 - 1e-9), -1e-9 * cell],
         velocity: [0.0; 2],

@@ -10,7 +10,7 @@ use crate::dimension::PlaneStrain;
 use crate::grid::shape_function::Gimp;
 use crate::scene::Inputs;
 use crate::simulation::Solver;
-use crate::study::verification::arena::{
+use crate::study::body_setup::{
     Arena, NO_DRIVE, elastic, kinetic, lattice, points, steel, steel_4340, total, upright_block,
 };
 use crate::tool::RigidTool;
