@@ -9,12 +9,12 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 /// Raw bytes, as a self-describing form costs several times as much as the copy itself and masters with rollback save
 /// at every step.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Bulk(Vec<u8>);
+pub struct StateBytes(Vec<u8>);
 
-impl Bulk {
+impl StateBytes {
     /// None yet, with room for so many bytes.
     pub fn with_capacity(bytes: usize) -> Self {
-        Bulk(Vec::with_capacity(bytes))
+        StateBytes(Vec::with_capacity(bytes))
     }
 
     /// Reads the numbers from the first on.
@@ -38,20 +38,20 @@ impl Bulk {
     }
 }
 
-impl Serialize for Bulk {
+impl Serialize for StateBytes {
     fn serialize<W: Serializer>(&self, writer: W) -> Result<W::Ok, W::Error> {
         writer.serialize_bytes(&self.0)
     }
 }
 
-impl<'de> Deserialize<'de> for Bulk {
+impl<'de> Deserialize<'de> for StateBytes {
     fn deserialize<W: Deserializer<'de>>(reader: W) -> Result<Self, W::Error> {
         // Borrowed first: as a sequence every byte would be read by itself.
-        <&[u8]>::deserialize(reader).map(|bytes| Bulk(bytes.to_vec()))
+        <&[u8]>::deserialize(reader).map(|bytes| StateBytes(bytes.to_vec()))
     }
 }
 
-/// Reads what `Bulk` holds, from its front.
+/// Reads what `StateBytes` holds, from its front.
 pub struct BulkReader<'a>(&'a [u8]);
 
 impl BulkReader<'_> {

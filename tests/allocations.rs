@@ -3,7 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use swarf::scene::Scene;
-use swarf::simulation::Drive;
+use swarf::simulation::ToolMotion;
 use swarf::{setup, setup::checks};
 
 struct Counting;
@@ -51,7 +51,7 @@ fn count(warm_up: usize, substeps: usize, parallel: bool, smoothed: bool) -> Cal
     scene.numerics.smoothed_increments = smoothed;
     let scene = checks::check(&scene).expect("a good scene");
     let mut solver = setup::build(&scene).expect("a good scene");
-    let drive = Drive { velocity: [-200.0, 0.0], friction: 0.2 };
+    let drive = ToolMotion { velocity: [-200.0, 0.0], friction: 0.2 };
     let mut calls = Calls::default();
     for k in 0..warm_up + substeps {
         let travel = (solver.progress().travel, solver.progress().travel_uncontrolled);

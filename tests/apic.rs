@@ -1,4 +1,4 @@
-//! The affine transfer (`affine`) keeps what its paper promises: momentum, angular momentum, linear velocity fields.
+//! The affine transfer (`transfer::apic`) keeps what its paper promises: momentum, angular momentum, linear velocity fields.
 
 mod common;
 

@@ -8,17 +8,17 @@ use swarf::grid::shape_function::Gimp;
 use swarf::material::damage::{JohnsonCookDamage, Progress};
 use swarf::material::effects::{Adiabatic, Softening, Temperature};
 use swarf::material::hardening::PowerLaw;
-use swarf::material::j2_plasticity::{JohnsonCook, State};
+use swarf::material::j2_plasticity::{J2Plasticity, State};
 use swarf::material::rate::RateDependent;
-use swarf::material::{ConstitutiveModel, Totals};
+use swarf::material::{ConstitutiveModel, StepSums};
 use swarf::points::{BLOCK, PointState};
 use swarf::scene::Constants;
 use swarf::simd::{InstructionSet, Kernel, Simd, Vector, dispatch};
 use swarf::simulation::Solver;
-use swarf::study::body_setup::{self, Arena, NO_DRIVE, distant_tool, lattice, points, total};
+use swarf::study::body_setup::{self, BodySetup, NO_DRIVE, distant_tool, lattice, points, total};
 
 type Damaged =
-    JohnsonCook<f64, RateDependent<f64>, Adiabatic<f64, true>, PowerLaw<f64>, JohnsonCookDamage<f64>>;
+    J2Plasticity<f64, RateDependent<f64>, Adiabatic<f64, true>, PowerLaw<f64>, JohnsonCookDamage<f64>>;
 type Point = State<f64, PlaneStrain, Temperature<f64>, Progress<f64>>;
 
 /// Steel that separates over `length` (m).
@@ -30,7 +30,7 @@ fn damaged(c: &Constants, length: f64) -> Damaged {
         melting: c.melting_temperature,
     };
     let thermal = Adiabatic::new(c.taylor_quinney, c.density * c.specific_heat, ROOM, softening);
-    JohnsonCook::with(c, rate, thermal, JohnsonCookDamage::new(c, length, true, true))
+    J2Plasticity::with(c, rate, thermal, JohnsonCookDamage::new(c, length, true, true))
 }
 
 /// Neither hardening nor rate nor heat in the flow stress, so that it stays where it is.
@@ -56,7 +56,7 @@ impl<M: ConstitutiveModel<f64, PlaneStrain>> Kernel<f64> for Update<'_, M> {
     fn run<S: Simd<Scalar = f64>>(self) -> [f64; 2] {
         let Update(model, state, h, dt) = self;
         let h = h.map(|row| row.map(S::Lanes::splat));
-        let mut totals = Totals::zero();
+        let mut totals = StepSums::zero();
         let share = S::Lanes::constant(1.0 / S::Lanes::LANES as f64);
         ConstitutiveModel::<f64, PlaneStrain>::update(model, state, 0, &h, dt, share, &mut totals);
         [totals.plastic_work.sum(), totals.damage_work.sum()]
@@ -255,7 +255,7 @@ fn tear(spacing: f64) -> Parted {
     let cell = 2.0 * spacing;
     let c = Constants { fracture_energy: 2e3, damage: [0.05, 0.0, 0.0, 0.0, 0.0], ..perfectly_plastic() };
     let length = 2.0 * GRIP[0] + BAR[0];
-    let arena = Arena::around([-0.2e-3, 0.0], [length + 0.2e-3, GRIP[1]], cell);
+    let arena = BodySetup::around([-0.2e-3, 0.0], [length + 0.2e-3, GRIP[1]], cell);
     let count = |size: f64| (size / spacing).round() as usize;
     let box_of = |x: f64, y: f64, size: [f64; 2]| {
         lattice([x, y, 0.0], [count(size[0]), count(size[1]), 1], spacing, 2)
@@ -341,7 +341,7 @@ fn shear_off(spacing: f64) -> [f64; 2] {
     let c = Constants { fracture_energy: 2e3, damage: [10.0, 0.0, 0.0, 0.0, 0.0], ..perfectly_plastic() };
     let height = LAYER[1] + 2.0 * BLOCK_HEIGHT;
     let cell = 2.0 * spacing;
-    let arena = Arena::around([-0.1e-3, 0.0], [LAYER[0] + 0.1e-3, height], cell);
+    let arena = BodySetup::around([-0.1e-3, 0.0], [LAYER[0] + 0.1e-3, height], cell);
     let count = |size: f64| (size / spacing).round() as usize;
     let mut seeds = lattice([0.0; 3], [count(LAYER[0]), count(height), 1], spacing, 2);
     let middle = 0.5 * height;

@@ -7,7 +7,7 @@ use swarf::contact::Contact;
 use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use swarf::grid::FixedNodes;
 use swarf::grid::shape_function::Gimp;
-use swarf::simulation::{Drive, PointView, Solver};
+use swarf::simulation::{PointView, Solver, ToolMotion};
 use swarf::tool::RigidTool;
 use swarf::tool::profile::ToolShape;
 
@@ -64,7 +64,7 @@ fn cut<D: Dimension>() -> SteelBlock<D, Gimp<f64>> {
 #[test]
 fn a_cut_with_held_faces_is_the_plane_strain_cut() {
     let (mut plane, mut space) = (cut::<PlaneStrain>(), cut::<ThreeDimensional>());
-    let drive = Drive { velocity: [-50.0, 0.0], friction: 0.2 };
+    let drive = ToolMotion { velocity: [-50.0, 0.0], friction: 0.2 };
     // 0.2 mm of travel: five cells, with a chip of two.
     while plane.progress().clock < 4e-6 {
         plane.step(&drive, false).expect("a stable step");

@@ -1,4 +1,4 @@
-//! The paper's own contact laws in whole cuts (`nodal_contact`); what they must conserve stands in `touching.rs`, Coulomb's law and the
+//! The paper's own contact laws in whole cuts (`contact::nodal`); what they must conserve stands in `surface_contact.rs`, Coulomb's law and the
 //! first contact in `incline.rs`.
 
 use swarf::scene::ContactChoice::{self, Distance, Surface, Velocity};

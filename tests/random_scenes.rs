@@ -13,7 +13,7 @@ use swarf::scene::{
 use swarf::session::{Advance, Session};
 use swarf::setup::checks;
 use swarf::study::hard_cases::misuse::names_a_cause;
-use swarf::study::hard_cases::watched::{not_finite, outputs_not_finite};
+use swarf::study::hard_cases::monitor::{not_finite, outputs_not_finite};
 use swarf::variables;
 
 /// Scenes of a run that does not say how many.

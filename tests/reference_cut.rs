@@ -37,7 +37,7 @@ fn cut(scene: &Scene) -> Forces {
     );
     let is_exact = scene.numerics.speed == Speed::Exact;
     let mut pulled = scene.clone();
-    swarf::scene::speed_levels::pull(&mut pulled);
+    swarf::scene::speed_levels::apply(&mut pulled);
     let ahead = pulled.numerics.active_window * scene.inputs.feed;
     let is_long = ahead >= scene.workpiece.length;
     let mut session = Session::new(scene, 0.0).expect("a good scene");
@@ -325,7 +325,7 @@ fn levels_keep_what_they_promise_with_friction() {
         }
         let mut scene = scene(REFERENCE, 0.2, 0.0, 3e-4);
         scene.numerics.speed = speed;
-        swarf::scene::speed_levels::pull(&mut scene);
+        swarf::scene::speed_levels::apply(&mut scene);
         scene.numerics.courant *= factor;
         scene.numerics.threads = 1;
         cut(&scene).judged()

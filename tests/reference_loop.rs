@@ -11,7 +11,7 @@ use swarf::dimension::PlaneStrain;
 use swarf::grid::FixedNodes;
 use swarf::grid::shape_function::Gimp;
 use swarf::simd::InstructionSet;
-use swarf::simulation::{Drive, Solver};
+use swarf::simulation::{Solver, ToolMotion};
 use swarf::tool::RigidTool;
 use swarf::tool::profile::ToolShape;
 
@@ -19,7 +19,7 @@ const CELL: f64 = 4e-5;
 /// Cells along the block's edges: 960 points.
 const CELLS: [i32; 3] = [20, 12, 1];
 /// Fast, so that the chip forms within the test: five cells of travel.
-const DRIVE: Drive = Drive { velocity: [-150.0, 0.0], friction: 0.2 };
+const DRIVE: ToolMotion = ToolMotion { velocity: [-150.0, 0.0], friction: 0.2 };
 const SUBSTEPS: usize = 400;
 
 /// A small block on two walls, and a tool of 10 degrees rake and a rounded edge before it, four cells deep.

@@ -12,7 +12,7 @@ use swarf::setup::courant_limit;
 use swarf::simd::InstructionSet;
 use swarf::simulation::Solver;
 use swarf::study::body_setup::{
-    Arena, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, points, steel,
+    BodySetup, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, points, steel,
 };
 use swarf::study::verification::bar::constants;
 
@@ -45,7 +45,7 @@ fn weight(distance: f64) -> f64 {
 fn nodes_share_the_mass_of_the_points_between_them() {
     const SIZE: [usize; 2] = [40, 60];
     for set in InstructionSet::ALL.into_iter().filter(|set| set.is_available()) {
-        let mut arena = Arena::around([0.0; 2], SIZE.map(|cells| cells as f64 * CELL), CELL);
+        let mut arena = BodySetup::around([0.0; 2], SIZE.map(|cells| cells as f64 * CELL), CELL);
         arena.smoothed_increments = true;
         let mut random = Random(3);
         let mut seeds = lattice([0.0; 3], [2 * SIZE[0], 2 * SIZE[1], 1], CELL / 2.0, 2);
@@ -123,7 +123,7 @@ const THOUSANDS: usize = 10;
 
 /// A block in small vibration whose sides lie on lines of nodes.
 fn vibrate(size: [usize; 2], courant: f64) -> Vibration {
-    let mut arena = Arena::around([0.0; 2], size.map(|cells| (cells + 1) as f64 * CELL), CELL);
+    let mut arena = BodySetup::around([0.0; 2], size.map(|cells| (cells + 1) as f64 * CELL), CELL);
     (arena.courant, arena.smoothed_increments) = (courant, true);
     let mut seeds: Vec<Seed> = lattice([0.0; 3], [2 * size[0], 2 * size[1], 1], CELL / 2.0, 2);
     let length = size[0] as f64 * CELL;

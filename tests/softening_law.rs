@@ -8,14 +8,14 @@ use swarf::material::ConstitutiveModel;
 use swarf::material::damage::Undamaged;
 use swarf::material::effects::{Adiabatic, Softening, Temperature};
 use swarf::material::hardening::TanhLaw;
-use swarf::material::j2_plasticity::{JohnsonCook, State};
+use swarf::material::j2_plasticity::{J2Plasticity, State};
 use swarf::material::library;
 use swarf::material::rate::RateDependent;
 use swarf::points::{BLOCK, PointState};
 use swarf::scene::Constants;
 use swarf::simd::{InstructionSet, dispatch};
 
-type Titanium = JohnsonCook<f64, RateDependent<f64>, Adiabatic<f64, true>, TanhLaw<f64>>;
+type Titanium = J2Plasticity<f64, RateDependent<f64>, Adiabatic<f64, true>, TanhLaw<f64>>;
 type Point = State<f64, PlaneStrain, Temperature<f64>>;
 
 fn titanium() -> Constants {
@@ -30,7 +30,7 @@ fn model(c: &Constants) -> Titanium {
         melting: c.melting_temperature,
     };
     let thermal = Adiabatic::new(c.taylor_quinney, c.density * c.specific_heat, ROOM, softening);
-    JohnsonCook::with(c, rate, thermal, Undamaged)
+    J2Plasticity::with(c, rate, thermal, Undamaged)
 }
 
 /// The law in plain scalar code, without its rate factor (Pa).

@@ -1,4 +1,4 @@
-//! Friction capped by the shear strength (`sticking`): a block pressed on a moving wall, and a cut.
+//! Friction capped by the shear strength (`contact::sticking`): a block pressed on a moving wall, and a cut.
 
 mod common;
 
@@ -6,13 +6,13 @@ use common::{Lattice, ROOM, SteelState, steel, steel_4340, update};
 use std::sync::Arc;
 use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use swarf::grid::shape_function::Gimp;
-use swarf::material::{ConstitutiveModel, PointReport, Totals};
+use swarf::material::{ConstitutiveModel, PointReport, StepSums};
 use swarf::points::PointState;
 use swarf::scene::{Constants, Scene};
 use swarf::session::Session;
 use swarf::simd::Vector;
-use swarf::simulation::{Drive, Solver};
-use swarf::study::body_setup::{Arena, Steel, lattice, never_yielding};
+use swarf::simulation::{Solver, ToolMotion};
+use swarf::study::body_setup::{BodySetup, Steel, lattice, never_yielding};
 use swarf::tool::RigidTool;
 use swarf::tool::profile::ToolShape;
 
@@ -59,7 +59,7 @@ impl<D: Dimension> ConstitutiveModel<f64, D> for WeakSurface {
         h: &D::Matrix<V>,
         dt: f64,
         volume: V,
-        totals: &mut Totals<V>,
+        totals: &mut StepSums<V>,
     ) -> D::Symmetric<V> {
         ConstitutiveModel::<f64, D>::update(&self.body, state, lane, h, dt, volume, totals)
     }
@@ -123,7 +123,7 @@ fn drag(strength: f64, degrees: f64, cell: f64) -> Tractions {
         ..steel_4340()
     });
     let model = WeakSurface { body: steel(&constants), flow_stress: 3_f64.sqrt() * strength };
-    let arena = Arena::around([-2.0 - 0.37 * cell, -2.0 - 0.21 * cell], [2.0, 2.0], cell);
+    let arena = BodySetup::around([-2.0 - 0.37 * cell, -2.0 - 0.21 * cell], [2.0, 2.0], cell);
     let mut solver = arena.simulation::<PlaneStrain, _, _>((Gimp::new(2), model), wall, &seeds, |_, _, _| {});
     solver.options.sticking = true;
     solver.body_force = Some(Arc::new(move |x: [f64; 3], time: f64| {
@@ -134,7 +134,7 @@ fn drag(strength: f64, degrees: f64, cell: f64) -> Tractions {
         let force = [0, 1].map(|axis| (-load * out[axis] - hold * along[axis]) / (1000.0 * THICKNESS));
         [force[0], force[1], 0.0]
     }));
-    let drive = Drive { velocity: along.map(|a| SPEED * a), friction: FRICTION };
+    let drive = ToolMotion { velocity: along.map(|a| SPEED * a), friction: FRICTION };
     let mut until = |end: f64| {
         while solver.progress().clock < end {
             solver.step(&drive, false).expect("a stable step");
@@ -197,7 +197,7 @@ fn hits_a_wall<D: Dimension>(name: &str) {
     let mut block =
         lattice.build_of(model, Gimp::new(2), tool, |_, _: &mut SteelState<D>, _| [25.0, 10.0, 0.0]);
     block.options.sticking = true;
-    let drive = Drive { velocity: [0.0; 2], friction: 1.0 };
+    let drive = ToolMotion { velocity: [0.0; 2], friction: 1.0 };
     let face = 10.0 * CELL * if deep { 4.0 * CELL } else { 1.0 };
     let (mut most, mut clock, mut impulse) = (0.0_f64, 0.0, 0.0);
     for _ in 0..100 {

@@ -198,7 +198,7 @@ pub fn compare_means(plans: impl IntoIterator<Item = (String, Plan)>) -> Vec<Val
             .iter()
             .map(|factor| {
                 let mut scene = plan.scene.clone();
-                speed_levels::pull(&mut scene);
+                speed_levels::apply(&mut scene);
                 scene.numerics.courant *= factor;
                 Plan { scene, ..plan }.run()
             })

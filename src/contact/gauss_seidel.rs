@@ -32,7 +32,7 @@ pub struct Node {
 
 /// Place of a node in the list, and a point's weight there.
 #[derive(Clone, Copy, Debug)]
-pub struct Reached {
+pub struct NodeWeight {
     /// Place of the node in the list.
     pub place: u32,
     /// Weight there (-), carried on to the surface.
@@ -41,7 +41,7 @@ pub struct Reached {
 
 /// A touching point.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Touch {
+pub struct ContactPoint {
     /// Its place among those near.
     pub near: u32,
     /// Its nodes, in the list of all points' nodes.
@@ -60,31 +60,31 @@ pub struct Touch {
     pub inertia: f64,
     /// Coordinate along the rake face (m), 0 elsewhere.
     pub rake_coordinate: f64,
-    /// Coefficient of friction (-): the scene's, or less where `sticking` caps it.
+    /// Coefficient of friction (-): the scene's, or less where `contact::sticking` caps it.
     pub friction: f64,
 }
 
 /// Sweeps over the touching points until their velocities settle; a kernel, as a deep tool has thousands of them.
-pub struct Sweep<'a> {
+pub struct GaussSeidel<'a> {
     /// The points.
-    pub touches: &'a mut [Touch],
+    pub touches: &'a mut [ContactPoint],
     /// What their `first` and `end` refer to.
-    pub reached: &'a [Reached],
+    pub reached: &'a [NodeWeight],
     /// What `place` refers to.
     pub nodes: &'a mut [Node],
     /// Velocity of the tool (m/s).
     pub tool: [f64; 3],
     /// Called before each sweep.
-    pub prepare: &'a mut dyn FnMut(&mut [Touch]),
+    pub prepare: &'a mut dyn FnMut(&mut [ContactPoint]),
 }
 
-impl Kernel<f64> for Sweep<'_> {
+impl Kernel<f64> for GaussSeidel<'_> {
     /// How many sweeps it took.
     type Output = u32;
 
     #[inline(always)]
     fn run<S: Simd<Scalar = f64>>(self) -> u32 {
-        let Sweep { touches, reached, nodes, tool, prepare } = self;
+        let GaussSeidel { touches, reached, nodes, tool, prepare } = self;
         let mut fastest = tool.into_iter().fold(1e-300, |most: f64, v| most.max(v.abs()));
         for node in &*nodes {
             for v in node.velocity {
@@ -124,13 +124,13 @@ fn padded<S: Simd<Scalar = f64>>(v: [f64; 3]) -> S::Quad {
 /// Corrects a point's impulse; returns by how much that changed its velocity (m/s).
 #[inline(always)]
 fn correct<S: Simd<Scalar = f64>>(
-    touch: &mut Touch,
-    reached: &[Reached],
+    touch: &mut ContactPoint,
+    reached: &[NodeWeight],
     nodes: &mut [Node],
     tool: S::Quad,
 ) -> f64 {
     let mut velocity = S::Quad::constant(0.0);
-    for &Reached { place, weight } in touch.nodes(reached) {
+    for &NodeWeight { place, weight } in touch.nodes(reached) {
         let v = S::Quad::load(&nodes[place as usize].velocity);
         velocity = S::Quad::splat(weight).mul_add(v, velocity);
     }
@@ -144,7 +144,7 @@ fn correct<S: Simd<Scalar = f64>>(
     }
     let change = padded::<S>(impulse) - old;
     touch.impulse = impulse;
-    for &Reached { place, weight } in touch.nodes(reached) {
+    for &NodeWeight { place, weight } in touch.nodes(reached) {
         let Node { velocity, inverse_mass } = &mut nodes[place as usize];
         let carried = S::Quad::splat(weight) * S::Quad::load(inverse_mass);
         carried.mul_add(change, S::Quad::load(velocity)).store(velocity);
@@ -154,10 +154,10 @@ fn correct<S: Simd<Scalar = f64>>(
     touch.compliance * size[0].max(size[1]).max(size[2])
 }
 
-impl Touch {
+impl ContactPoint {
     /// Its nodes in the list of all.
     #[inline(always)]
-    pub fn nodes<'a>(&self, reached: &'a [Reached]) -> &'a [Reached] {
+    pub fn nodes<'a>(&self, reached: &'a [NodeWeight]) -> &'a [NodeWeight] {
         &reached[self.first as usize..self.end as usize]
     }
 
@@ -174,9 +174,9 @@ impl Touch {
     }
 
     /// Velocity at the tool's surface (m/s) from the nodes' velocities, which `of` gives by place.
-    pub fn velocity<D: Dimension>(&self, reached: &[Reached], of: impl Fn(usize) -> [f64; 3]) -> [f64; 3] {
+    pub fn velocity<D: Dimension>(&self, reached: &[NodeWeight], of: impl Fn(usize) -> [f64; 3]) -> [f64; 3] {
         let mut velocity = [0.0; 3];
-        for &Reached { place, weight } in self.nodes(reached) {
+        for &NodeWeight { place, weight } in self.nodes(reached) {
             let v = of(place as usize);
             for axis in 0..D::AXES {
                 velocity[axis] += weight * v[axis];
@@ -187,11 +187,11 @@ impl Touch {
 
     /// Adds to the point's impulse (N s).
     #[inline(always)]
-    pub fn push<D: Dimension>(&mut self, change: [f64; 3], reached: &[Reached], nodes: &mut [Node]) {
+    pub fn push<D: Dimension>(&mut self, change: [f64; 3], reached: &[NodeWeight], nodes: &mut [Node]) {
         for axis in 0..D::AXES {
             self.impulse[axis] += change[axis];
         }
-        for &Reached { place, weight } in self.nodes(reached) {
+        for &NodeWeight { place, weight } in self.nodes(reached) {
             let node = &mut nodes[place as usize];
             for axis in 0..D::AXES {
                 node.velocity[axis] += weight * change[axis] * node.inverse_mass[axis];

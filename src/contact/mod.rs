@@ -1,6 +1,6 @@
 //! The rigid tool in motion, the contact laws, and Coulomb's law at a node.
 //!
-//! `Surface` acts at the material points (`touching`). The other laws act on nodes (`nodal_contact`, `chunk`) as an exchange
+//! `Surface` acts at the material points (`contact::surface`). The other laws act on nodes (`contact::nodal`, `partition::chunk`) as an exchange
 //! of momentum: the part of a node's velocity that enters the tool is taken away, and of the sliding part as much as
 //! Coulomb friction allows. The impulse m (v − v_trial) is the force on the workpiece times the substep.
 

@@ -1,6 +1,6 @@
 //! The paper's own contact laws: `velocity` and `distance`, on nodes that workpiece and tool share.
 //!
-//! Both bodies are points (`rigid_points`) and map their velocities on the same nodes. Node i is shared where a
+//! Both bodies are points (`contact::tool_particles`) and map their velocities on the same nodes. Node i is shared where a
 //! point of each reaches it, that is, has weight there. The tool is rigid and so heavy that the common velocity v_i of eq. 18 is its own.
 //! With n the tool's outward normal at the node:
 //!
@@ -23,7 +23,7 @@
 //!
 //! Source: Ambati et al. (2011), eqs. 18 to 23; Bardenhagen et al. (2000), doi:10.1016/S0045-7825(99)00338-2.
 //!
-//! Form of the effect: an optional pass before points move, as `touching`, on one thread; nothing of it is part
+//! Form of the effect: an optional pass before points move, as `contact::surface`, on one thread; nothing of it is part
 //! of the state.
 
 use crate::contact::nodes::{Conditions, assemble, closest, for_each_weight};
@@ -32,7 +32,7 @@ use crate::contact::{Contact, coulomb};
 use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;
 use crate::partition::Partition;
-use crate::partition::nodes::{NodeSums, TouchedNodes};
+use crate::partition::nodes::{NodalImpulses, NodeSums};
 use crate::points::{BLOCK, PointState};
 use crate::simd::Real;
 use crate::tool::profile::Face;
@@ -56,7 +56,7 @@ pub struct NodalContact {
     /// By node of the layout: its place in `nodes`, or `NONE`.
     places: Vec<u32>,
     nodes: Vec<SharedNode>,
-    touched: TouchedNodes,
+    touched: NodalImpulses,
     /// Nodes in contact.
     count: usize,
 }
@@ -81,7 +81,7 @@ struct SharedNode {
 
 impl NodalContact {
     /// What contact changed in the last substep.
-    pub fn touched(&self) -> &TouchedNodes {
+    pub fn touched(&self) -> &NodalImpulses {
         &self.touched
     }
 
@@ -199,7 +199,7 @@ impl NodalContact {
 
     /// Exchanges momentum at the nodes in contact.
     fn exchange<D: Dimension>(&mut self, law: Contact, conditions: &Conditions<'_>, cell: f64) {
-        let TouchedNodes { nodes: changes, friction_heat, sums } = &mut self.touched;
+        let NodalImpulses { nodes: changes, friction_heat, sums } = &mut self.touched;
         changes.clear();
         friction_heat.clear();
         *sums = NodeSums::default();

@@ -1,4 +1,4 @@
-//! What the passes of contact (`touching`, `nodal_contact`) see of points and nodes before a substep.
+//! What the passes of contact (`contact::surface`, `contact::nodal`) see of points and nodes before a substep.
 
 use crate::contact::gauss_seidel::Node;
 use crate::dimension::Dimension;
@@ -32,7 +32,7 @@ pub struct Conditions<'a> {
 
 /// A node that contact may push, beside what the sweeps need of it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct NodeStart {
+pub(crate) struct NodePredictor {
     /// Index in the layout.
     pub(crate) index: usize,
     /// Velocity after the substep without contact, and before it (m/s).
@@ -72,7 +72,7 @@ pub(crate) fn assemble<R: Real, D: Dimension, S: PointState<R>>(
     conditions: &Conditions<'_>,
     index: usize,
     at: [i32; 3],
-) -> (Node, NodeStart) {
+) -> (Node, NodePredictor) {
     let (mut mass, mut momentum, mut force) = (0.0, [0.0; 3], [0.0; 3]);
     for run in &partition.incoming {
         if !(run.first..run.first + run.count::<D>()).contains(&index) {
@@ -88,7 +88,8 @@ pub(crate) fn assemble<R: Real, D: Dimension, S: PointState<R>>(
         }
     }
     let mut node = Node::default();
-    let mut start = NodeStart { index, free: [0.0; 3], old: [0.0; 3], is_there: mass > conditions.lightest };
+    let mut start =
+        NodePredictor { index, free: [0.0; 3], old: [0.0; 3], is_there: mass > conditions.lightest };
     if !start.is_there {
         return (node, start);
     }

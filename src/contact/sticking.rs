@@ -11,7 +11,7 @@
 //! away, half a point's width from it. In space the face is cut across z into strips as wide as a point, and
 //! points have neighbours in their own strip. So footprints cover the contact once, however the points lie.
 //!
-//! Cap: in the sweeps (`impulses`) a point obeys |j_t| ≤ μ_p j_n, with its present normal impulse and
+//! Cap: in the sweeps (`contact::gauss_seidel`) a point obeys |j_t| ≤ μ_p j_n, with its present normal impulse and
 //!
 //! μ_p = min(μ, Σ_q K_pq k_q a_q Δt/P_q),   P_q = Σ_p K_pq j_np,   K_pq = max(0, 1 − |s_p − s_q|/L),
 //!
@@ -25,9 +25,9 @@
 //!
 //! Form of the effect: optional; a scene without it keeps no array and the sweeps take the scene's μ.
 
-use crate::contact::gauss_seidel::Touch;
+use crate::contact::gauss_seidel::ContactPoint;
 
-/// Touching points further apart than this (cells) have a gap in the contact between them.
+/// SurfaceContact points further apart than this (cells) have a gap in the contact between them.
 const GAP: f64 = 2.0;
 /// A push (N s) that is none: one over it is still a number.
 const LEAST_PUSH: f64 = 1e-280;
@@ -144,7 +144,7 @@ impl Sticking {
     /// Lowers the points' coefficients of friction to what their strength lets them carry, by their present impulses.
     ///
     /// * `friction`: μ (-); `cell`: L (m); `dt`: substep (s)
-    pub fn cap(&mut self, touches: &mut [Touch], friction: f64, cell: f64, dt: f64) {
+    pub fn cap(&mut self, touches: &mut [ContactPoint], friction: f64, cell: f64, dt: f64) {
         self.share_out(touches, cell, |place| place.capacity * dt);
         for place in &self.places {
             let strength = self.near(place, cell, &self.shares);
@@ -155,7 +155,7 @@ impl Sticking {
     /// Area of the contact (m2), and the part where friction is below Coulomb's: it is capped, or the point is at rest on the face.
     ///
     /// Footprints count for the points that share them.
-    pub fn areas(&mut self, touches: &[Touch], friction: f64, cell: f64) -> [f64; 2] {
+    pub fn areas(&mut self, touches: &[ContactPoint], friction: f64, cell: f64) -> [f64; 2] {
         self.share_out(touches, cell, |place| place.area);
         let mut areas = [0.0; 2];
         for (place, &push) in self.places.iter().zip(&self.pushes) {
@@ -169,7 +169,7 @@ impl Sticking {
     }
 
     /// By place: the push, and `value` over the push P.
-    fn share_out(&mut self, touches: &[Touch], cell: f64, value: impl Fn(&Place) -> f64) {
+    fn share_out(&mut self, touches: &[ContactPoint], cell: f64, value: impl Fn(&Place) -> f64) {
         let (mut pushes, mut shares) = (std::mem::take(&mut self.pushes), std::mem::take(&mut self.shares));
         pushes.clear();
         pushes.extend(self.places.iter().map(|place| touches[place.number as usize].push_along_normal()));
@@ -205,9 +205,12 @@ mod tests {
         sticking
     }
 
-    fn pushing(pushes: &[f64]) -> Vec<Touch> {
-        let touch =
-            |&push: &f64| Touch { normal: [0.0, 1.0, 0.0], impulse: [0.0, push, 0.0], ..Touch::default() };
+    fn pushing(pushes: &[f64]) -> Vec<ContactPoint> {
+        let touch = |&push: &f64| ContactPoint {
+            normal: [0.0, 1.0, 0.0],
+            impulse: [0.0, push, 0.0],
+            ..ContactPoint::default()
+        };
         pushes.iter().map(touch).collect()
     }
 

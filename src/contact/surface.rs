@@ -10,7 +10,7 @@
 //! would mostly move nodes behind the surface, which have next to no mass.) The impulse j_p that sees to it acts on the
 //! nodes with the same weights, Δv_i = w_ip j_p/m_i, so momentum and its moment are exchanged where the material is,
 //! wherever the tool's face lies between the nodes. Pushing only and Coulomb's cone,
-//! |j_t| ≤ μ j_n, are kept at every point by projected Gauss–Seidel sweeps (`impulses`). They start from the forces of the last substep, which are part of the state. b is 0 for a point outside the tool;
+//! |j_t| ≤ μ j_n, are kept at every point by projected Gauss–Seidel sweeps (`contact::gauss_seidel`). They start from the forces of the last substep, which are part of the state. b is 0 for a point outside the tool;
 //! one that has come inside leaves at `RETURN` of its depth per substep.
 //!
 //! Source: Moreau (1999) and Jean (1999), Computer Methods in Applied Mechanics and Engineering 177 (contact dynamics, and
@@ -20,15 +20,15 @@
 //! sorted or may have come from further away than `REACH`; the list only saves looking at the others. The pass runs on
 //! one thread: its result does not depend on how many there are.
 
-use crate::checkpoint::{Bulk, BulkReader};
-use crate::contact::gauss_seidel::{Node, Reached, Sweep, Touch, warm_start};
-use crate::contact::nodes::{Conditions, NodeStart, assemble, closest, for_each_weight, from_tool};
+use crate::checkpoint::{BulkReader, StateBytes};
+use crate::contact::gauss_seidel::{ContactPoint, GaussSeidel, Node, NodeWeight, warm_start};
+use crate::contact::nodes::{Conditions, NodePredictor, assemble, closest, for_each_weight, from_tool};
 use crate::contact::sticking::{Layer, SLIDING, Sticking, Strength};
 use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::grid::shape_function::ShapeFunction;
 use crate::partition::Partition;
-use crate::partition::nodes::{NodeSums, TouchedNodes};
+use crate::partition::nodes::{NodalImpulses, NodeSums};
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::{Real, dispatch};
 use crate::tool::profile::Face;
@@ -42,7 +42,7 @@ const NONE: u32 = u32::MAX;
 
 /// Contact at the points: the list of those near the tool with their last forces, and working memory that is kept.
 #[derive(Clone, Debug, Default)]
-pub struct Touching {
+pub struct SurfaceContact {
     near: Vec<NearPoint>,
     /// Whether the list is of no use any more, and how far points and tool may have moved since it was made (cells).
     is_stale: bool,
@@ -50,16 +50,16 @@ pub struct Touching {
     /// By node of the layout: its place in `nodes`, or `NONE`.
     places: Vec<u32>,
     nodes: Vec<Node>,
-    starts: Vec<NodeStart>,
-    touches: Vec<Touch>,
+    starts: Vec<NodePredictor>,
+    touches: Vec<ContactPoint>,
     /// Nodes of the touching points, one point after another, with weights carried on to the surface.
-    reached: Vec<Reached>,
+    reached: Vec<NodeWeight>,
     /// The points' own weights there, where friction heat is wanted, and the heat by node (J).
     own_weights: Vec<f64>,
     heat: Vec<f64>,
     /// Forces of points by number, while the list is made anew.
     forces: Vec<(u32, [f64; 3])>,
-    touched: TouchedNodes,
+    touched: NodalImpulses,
     /// The points as neighbours on the face, where the scene caps friction.
     sticking: Sticking,
     /// Sweeps of the last substep.
@@ -79,14 +79,14 @@ struct NearPoint {
     force: [f64; 3],
 }
 
-impl Touching {
+impl SurfaceContact {
     /// What contact changed in the last substep.
-    pub fn touched(&self) -> &TouchedNodes {
+    pub fn touched(&self) -> &NodalImpulses {
         &self.touched
     }
 
-    /// Touching points and sweeps of the last substep.
-    pub fn effort(&self) -> (usize, u32) {
+    /// SurfaceContact points and sweeps of the last substep.
+    pub fn cost(&self) -> (usize, u32) {
         (self.touches.len(), self.sweeps)
     }
 
@@ -101,7 +101,7 @@ impl Touching {
     }
 
     /// Appends the points' forces to a state.
-    pub fn save(&self, bulk: &mut Bulk) {
+    pub fn save(&self, bulk: &mut StateBytes) {
         let pressed = || self.near.iter().filter(|point| point.force != [0.0; 3]);
         bulk.put_counts([pressed().count()]);
         for point in pressed() {
@@ -115,7 +115,7 @@ impl Touching {
     /// # Errors
     /// `Error::DamagedState` when it is not there.
     pub fn restore(&mut self, reader: &mut BulkReader<'_>) -> Result<(), Error> {
-        *self = Touching { is_stale: true, ..Touching::default() };
+        *self = SurfaceContact { is_stale: true, ..SurfaceContact::default() };
         let count = reader.count_of(28)?;
         for _ in 0..count {
             let id = u32::from_le_bytes(reader.take()?);
@@ -230,7 +230,8 @@ impl Touching {
         conditions: &Conditions<'_>,
         strength: Option<&Strength<'_, S>>,
     ) {
-        let Touching { near, places, nodes, starts, touches, reached, own_weights, sticking, .. } = self;
+        let SurfaceContact { near, places, nodes, starts, touches, reached, own_weights, sticking, .. } =
+            self;
         for start in starts.drain(..) {
             places[start.index] = NONE;
         }
@@ -260,7 +261,7 @@ impl Touching {
                     starts.push(start);
                 }
                 if starts[*place as usize].is_there {
-                    reached.push(Reached { place: *place, weight });
+                    reached.push(NodeWeight { place: *place, weight });
                     if conditions.wants_heat {
                         own_weights.push(own);
                     }
@@ -270,14 +271,14 @@ impl Touching {
             let carried = reached[first..].iter().map(|reached| reached.weight).sum::<f64>();
             // Velocity per impulse; along a fixed axis the point cannot be moved as much as elsewhere.
             let mut compliance = [0.0_f64; 3];
-            for Reached { place, weight } in &mut reached[first..] {
+            for NodeWeight { place, weight } in &mut reached[first..] {
                 *weight /= carried;
                 for axis in 0..D::AXES {
                     compliance[axis] += *weight * *weight * nodes[*place as usize].inverse_mass[axis];
                 }
             }
             let compliance = compliance.into_iter().fold(0.0, f64::max);
-            let mut touch = Touch {
+            let mut touch = ContactPoint {
                 near: number as u32,
                 first: first as u32,
                 end: reached.len() as u32,
@@ -312,22 +313,24 @@ impl Touching {
     fn sweep_points(&mut self, conditions: &Conditions<'_>, capped: Option<f64>) {
         let tool = conditions.tool;
         let tool_velocity = [tool.velocity[0], tool.velocity[1], 0.0];
-        let Touching { nodes, touches, reached, sticking, .. } = self;
+        let SurfaceContact { nodes, touches, reached, sticking, .. } = self;
         if let Some(cell) = capped {
             sticking.measure(cell);
         }
-        let prepare = &mut |touches: &mut [Touch]| {
+        let prepare = &mut |touches: &mut [ContactPoint]| {
             if let Some(cell) = capped {
                 sticking.cap(touches, tool.friction, cell, conditions.time[1]);
             }
         };
-        let sweep = Sweep { touches, reached, nodes, tool: tool_velocity, prepare };
+        let sweep = GaussSeidel { touches, reached, nodes, tool: tool_velocity, prepare };
         self.sweeps = dispatch(conditions.instructions, sweep);
     }
 
     /// What the impulses found amount to.
     fn sum_up<D: Dimension>(&mut self, conditions: &Conditions<'_>) {
-        let Touching { near, nodes, starts, touches, reached, own_weights, heat: heated, touched, .. } = self;
+        let SurfaceContact {
+            near, nodes, starts, touches, reached, own_weights, heat: heated, touched, ..
+        } = self;
         heated.clear();
         if conditions.wants_heat {
             heated.resize(nodes.len(), 0.0);

@@ -1,4 +1,4 @@
-//! The rigid tool as points, for the paper's own contact laws (`nodal_contact`).
+//! The rigid tool as points, for the paper's own contact laws (`contact::nodal`).
 //!
 //! Points fill the tool's cross-section half a cell apart, as the workpiece's do: a first layer a quarter of a cell below the
 //! surface, along the faces and around the edge, so that a flat face is flat to the points, too; behind it a square

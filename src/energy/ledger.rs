@@ -12,16 +12,16 @@
 //! * friction: friction impulse times slip;
 //! * contact: ½ m |Δv|² of nodes brought to the tool's or a wall's velocity in one substep (inelastic impact; at points that
 //!   touch, half the contact impulse times the change of their velocity, which is contact's share of the same sum), and the
-//!   work of contact impulses on what approach is left (`touching`);
+//!   work of contact impulses on what approach is left (`contact::surface`);
 //! * damping: what the scheme itself dissipates. A substep changes the points' kinetic energy by the work of all forces
 //!   at the new grid velocity less Σ_nodes m |Δv|² − ½ Σ_points m |Δv|², and their stored and plastic energy by the
 //!   stress power with the mean stress, ½ Σ V₀ Δτ : h more than the grid's forces give. So
 //!   damping = Σ_nodes m |Δv|² − ½ Σ_points m |Δv|² − ½ Σ V₀ Δτ : h − contact. Half of the first term is FLIP's
 //!   filter (at least 0 by Jensen's inequality); the rest oscillates about zero in elastic waves, and is lost
 //!   where a node has so little mass that its points do not take over its velocity;
-//!   With smoothed increments (`smoothing`) the points' strain and their velocities follow different increments: the first term
+//!   With smoothed increments (`partition::smoothing`) the points' strain and their velocities follow different increments: the first term
 //!   is Σ_nodes m Δv·P′Δv there, and what impulses J of the tool do on the difference, Σ J·(Δv − P′Δv), is damping too;
-//!   With APIC (`affine`), whose points take the grid's velocity, their kinetic energy changes by what it changes: the work of
+//!   With APIC (`transfer::apic`), whose points take the grid's velocity, their kinetic energy changes by what it changes: the work of
 //!   all forces, Σ_nodes m Δv·v, less the gain of ½ Σ_points m |v|² takes the place of the first two terms, and damping holds
 //!   what goes into the points' affine fields and comes back from there;
 //! * mass scaling: kinetic energy that changes of the mass factor bring in, at constant velocity;

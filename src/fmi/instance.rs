@@ -37,8 +37,8 @@ pub struct Instance {
     log: Box<dyn Log>,
     categories: Categories,
     resources: Option<PathBuf>,
-    /// When the importer was last told how far a step is; kept over steps, so that many short ones are told of as well.
-    told: Instant,
+    /// When the importer was last reported how far a step is; kept over steps, so that many short ones are reported of as well.
+    reported: Instant,
 }
 
 /// The question of `fmi2GetXStatus`.
@@ -92,7 +92,7 @@ impl Instance {
             log,
             categories: Categories::at_start(logging_on),
             resources,
-            told: Instant::now(),
+            reported: Instant::now(),
         };
         let place =
             instance.resources.as_ref().map_or("none given".into(), |path| path.display().to_string());
@@ -260,7 +260,8 @@ impl Instance {
     pub fn do_step(&mut self, time: f64, step: f64) -> Reply {
         self.require(&calls::DO_STEP)?;
         let target = check_step(&self.model.header, time, step)?;
-        let Instance { model: Model { header, session: Some(session) }, log, categories, told, .. } = self
+        let Instance { model: Model { header, session: Some(session) }, log, categories, reported, .. } =
+            self
         else {
             return Err(Refusal::BadArgument("the model is not built".into()));
         };
@@ -274,7 +275,7 @@ impl Instance {
         let (is_told, begun) = (categories.is_on(Category::Solver), Instant::now());
         let before = session.outputs().clone();
         let advance = if is_told {
-            advance_and_tell(session, Progress { from, target, begun, told }, tell)
+            advance_and_tell(session, Progress { from, target, begun, reported }, tell)
         } else {
             session.advance_to(target, &mut |_| true)
         };

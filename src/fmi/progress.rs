@@ -19,7 +19,7 @@ pub(super) struct Progress<'a> {
     /// When it began.
     pub begun: Instant,
     /// When the last message was made, be it in an earlier step.
-    pub told: &'a mut Instant,
+    pub reported: &'a mut Instant,
 }
 
 /// Advances the session in a thread of its own and passes its messages on from here.
@@ -36,7 +36,7 @@ pub(super) fn advance_and_tell(
 ) -> Result<Advance, Error> {
     let target = progress.target;
     let (sender, receiver) = mpsc::channel();
-    let told = thread::scope(|scope| {
+    let reported = thread::scope(|scope| {
         let session = &mut *session;
         let run = move || {
             session.advance_to(target, &mut |clock| {
@@ -52,16 +52,16 @@ pub(super) fn advance_and_tell(
         receiver.iter().for_each(tell);
         Some(solver.join().unwrap_or_else(|panic| resume_unwind(panic)))
     });
-    told.unwrap_or_else(|| session.advance_to(target, &mut |_| true))
+    reported.unwrap_or_else(|| session.advance_to(target, &mut |_| true))
 }
 
 impl Progress<'_> {
     /// A message, if the last one is long enough ago.
     fn due(&mut self, clock: f64) -> Option<String> {
-        if self.told.elapsed() < PERIOD {
+        if self.reported.elapsed() < PERIOD {
             return None;
         }
-        *self.told = Instant::now();
+        *self.reported = Instant::now();
         Some(self.text(clock, self.begun.elapsed().as_secs_f64()))
     }
 
@@ -120,8 +120,8 @@ mod tests {
     /// A quarter done in 2 s leaves three quarters for 6 s.
     #[test]
     fn progress_names_time_reached_and_time_left() {
-        let mut told = Instant::now();
-        let progress = Progress { from: 0.0, target: 4e-6, begun: told, told: &mut told };
+        let mut reported = Instant::now();
+        let progress = Progress { from: 0.0, target: 4e-6, begun: reported, reported: &mut reported };
         let text = progress.text(1e-6, 2.0);
         assert_eq!(text, "step to 4e-6 s: 1e-6 s reached after 2.0 s, 3e-6 s left, about 6.0 s of wall time");
     }
@@ -155,11 +155,11 @@ mod tests {
     /// The first message waits for the period, and so does the next.
     #[test]
     fn messages_keep_their_distance() {
-        let mut told = Instant::now();
-        let mut progress = Progress { from: 0.0, target: 4e-6, begun: told, told: &mut told };
+        let mut reported = Instant::now();
+        let mut progress = Progress { from: 0.0, target: 4e-6, begun: reported, reported: &mut reported };
         assert_eq!(progress.due(1e-6), None);
         if let Some(earlier) = Instant::now().checked_sub(PERIOD) {
-            *progress.told = earlier;
+            *progress.reported = earlier;
             assert!(progress.due(1e-6).is_some());
             assert_eq!(progress.due(1e-6), None);
         }

@@ -43,7 +43,7 @@ pub struct Layout {
     pub offset: Vec<i32>,
     /// Nodes before each pencil, and one more entry with all nodes.
     pub start: Vec<usize>,
-    /// Whether nodes keep the masses that they share with their neighbours (`smoothing`).
+    /// Whether nodes keep the masses that they share with their neighbours (`partition::smoothing`).
     pub shares_masses: bool,
 }
 

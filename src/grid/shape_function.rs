@@ -28,7 +28,7 @@ pub trait ShapeFunction<R: Real>: Copy + Send + Sync + 'static {
     fn stencil<V: Lanes<Scalar = R>>(&self, d: V) -> Stencil<V>;
 
     /// Square of the slope over the weight where a point only just reaches a node (-): how much a node that has next to
-    /// no mass can matter to a point's velocity gradient (`guards`).
+    /// no mass can matter to a point's velocity gradient (`partition::step_bounds`).
     fn steepness(&self) -> f64;
 
     /// How far along each axis a point reaches (cells): a node that is closer has weight.

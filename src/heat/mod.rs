@@ -154,7 +154,7 @@ impl HeatConduction {
         self.reference
     }
 
-    /// Lets the tool take its share of the friction heat, by effusivities (`heat_sources`).
+    /// Lets the tool take its share of the friction heat, by effusivities (`heat::sources`).
     ///
     /// * `conductivity`: of the tool (W/(m K))
     /// * `capacity`: ρ c of the tool (J/(m3 K))

@@ -21,10 +21,10 @@
 //! failed: it keeps mass, momentum and pressure, has no deviator and no tension, and remembers how far it is open,
 //! up to a volume ratio of 2.
 //!
-//! Energy: work past initiation, and the elastic energy that growing damage releases, are `Totals::damage_work`. The
+//! Energy: work past initiation, and the elastic energy that growing damage releases, are `StepSums::damage_work`. The
 //! first heats as all plastic work does.
 
-use super::Totals;
+use super::StepSums;
 use super::elasticity::Elasticity;
 use crate::points::{BLOCK, Column, PointState};
 use crate::scene::Constants;
@@ -80,7 +80,7 @@ pub trait DamageEffect<R: Real>: Clone + Send + Sync + 'static {
         lane: usize,
         yielding: &Yielding<V>,
         elasticity: &Elasticity<R>,
-        totals: &mut Totals<V>,
+        totals: &mut StepSums<V>,
     ) -> V;
 }
 
@@ -124,7 +124,7 @@ impl<R: Real> DamageEffect<R> for Undamaged {
         _lane: usize,
         yielding: &Yielding<V>,
         _elasticity: &Elasticity<R>,
-        totals: &mut Totals<V>,
+        totals: &mut StepSums<V>,
     ) -> V {
         totals.plastic_work = yielding.volume.mul_add(yielding.work, totals.plastic_work);
         yielding.work
@@ -250,7 +250,7 @@ impl<R: Real> DamageEffect<R> for JohnsonCookDamage<R> {
         lane: usize,
         y: &Yielding<V>,
         elasticity: &Elasticity<R>,
-        totals: &mut Totals<V>,
+        totals: &mut StepSums<V>,
     ) -> V {
         let one = V::constant(1.0);
         let zero = V::constant(0.0);

@@ -8,7 +8,7 @@
 //! σ_y = (A + B ε̄ⁿ) R(ε̄̇) S(T),
 //!
 //! with R = 1 or S = 1 where the scene names no such effect (`effects`), or that of another law of hardening
-//! (`hardening`). Radial return: `return_map`. Damage, where the scene names it, takes its share of what the undamaged
+//! (`hardening`). Radial return: `return_mapping`. Damage, where the scene names it, takes its share of what the undamaged
 //! material would carry (`damage`): the state below is that of the undamaged material.
 //!
 //! A point keeps the flow stress at rest, (A + B ε̄ⁿ) S(T), so that elastic points only compare with it. Yield and
@@ -20,7 +20,7 @@ use super::elasticity::Elasticity;
 use super::hardening::{Hardening, PowerLaw};
 use super::rate::RateEffect;
 use super::return_mapping::Return;
-use super::{ConstitutiveModel, PointReport, Totals};
+use super::{ConstitutiveModel, PointReport, StepSums};
 use crate::dimension::Dimension;
 use crate::points::{BLOCK, Column, PointState};
 use crate::scene::Constants;
@@ -28,7 +28,7 @@ use crate::simd::{Mask, Real, Vector, inlined};
 
 /// Elastic constants, hardening and effects, as the kernel takes them.
 #[derive(Clone, Copy, Debug)]
-pub struct JohnsonCook<R, Q, T, H = PowerLaw<R>, G = Undamaged> {
+pub struct J2Plasticity<R, Q, T, H = PowerLaw<R>, G = Undamaged> {
     density: f64,
     pub(super) elasticity: Elasticity<R>,
     pub(super) hardening: H,
@@ -37,7 +37,7 @@ pub struct JohnsonCook<R, Q, T, H = PowerLaw<R>, G = Undamaged> {
     pub(super) damage: G,
 }
 
-impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>> JohnsonCook<R, Q, T> {
+impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>> J2Plasticity<R, Q, T> {
     /// The undamaged model of Johnson and Cook's law with the effects a scene names.
     pub fn new(constants: &Constants, rate: Q, thermal: T) -> Self {
         Self::with(constants, rate, thermal, Undamaged)
@@ -45,11 +45,11 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>> JohnsonCook<R, Q, T> {
 }
 
 impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageEffect<R>>
-    JohnsonCook<R, Q, T, H, G>
+    J2Plasticity<R, Q, T, H, G>
 {
     /// The model of a material's constants with the effects a scene names.
     pub fn with(constants: &Constants, rate: Q, thermal: T, damage: G) -> Self {
-        JohnsonCook {
+        J2Plasticity {
             density: constants.density,
             elasticity: Elasticity::new(constants),
             hardening: H::new(constants),
@@ -115,7 +115,7 @@ impl<R: Real, D: Dimension, T: PointState<R>, G: PointState<R>> PointState<R> fo
 }
 
 impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageEffect<R>>
-    ConstitutiveModel<R, D> for JohnsonCook<R, Q, T, H, G>
+    ConstitutiveModel<R, D> for J2Plasticity<R, Q, T, H, G>
 {
     type State = State<R, D, T::State, G::State>;
 
@@ -174,7 +174,7 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<
         h: &D::Matrix<V>,
         dt: R,
         volume: V,
-        totals: &mut Totals<V>,
+        totals: &mut StepSums<V>,
     ) -> D::Symmetric<V> {
         let increment = D::increment(h);
         let jacobian = V::load(&state.jacobian[lane..]) * increment.volume_ratio;
@@ -193,7 +193,7 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<
         if yields.any() {
             let strain = D::double_contraction(&increment.deviatoric_strain);
             let start = V::constant(1.5) * D::double_contraction(&turned);
-            let factor = V::apart(Return {
+            let factor = V::outlined(Return {
                 law: self,
                 lane,
                 plastic_strain: &mut state.plastic_strain,
@@ -293,7 +293,7 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<
 }
 
 impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageEffect<R>>
-    JohnsonCook<R, Q, T, H, G>
+    J2Plasticity<R, Q, T, H, G>
 {
     /// Flow stress at rest (Pa) at a plastic strain ε̄ (-) and a temperature (K).
     fn flow_stress_at_rest(&self, plastic_strain: R, temperature: f64) -> R {

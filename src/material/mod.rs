@@ -16,7 +16,7 @@ use crate::simd::{Real, Vector};
 
 /// What a model adds up over the points of one pass, side by side.
 #[derive(Clone, Copy, Debug)]
-pub struct Totals<V> {
+pub struct StepSums<V> {
     /// Plastic work (J).
     pub plastic_work: V,
     /// Elastic energy that rising temperatures took, negative where they gave it (J).
@@ -29,12 +29,12 @@ pub struct Totals<V> {
     pub volume_ratio: V,
 }
 
-impl<V: Vector> Totals<V> {
+impl<V: Vector> StepSums<V> {
     /// Nothing yet.
     #[inline(always)]
     pub fn zero() -> Self {
         let zero = V::constant(0.0);
-        Totals {
+        StepSums {
             plastic_work: zero,
             thermoelastic: zero,
             damage_work: zero,
@@ -120,7 +120,7 @@ pub trait ConstitutiveModel<R: Real, D: Dimension>: Clone + Send + Sync + 'stati
         h: &D::Matrix<V>,
         dt: R,
         volume: V,
-        totals: &mut Totals<V>,
+        totals: &mut StepSums<V>,
     ) -> D::Symmetric<V>;
 
     /// Elastic volume ratio (-) of the point at `lane`: det F where heat does not expand the material.

@@ -29,9 +29,9 @@ pub trait KnownStrength<V>: Copy {
 
 /// A strength (Pa) that stays as it is.
 #[derive(Clone, Copy, Debug)]
-pub struct Standing<V>(pub V);
+pub struct QuasiStatic<V>(pub V);
 
-impl<V: Vector> KnownStrength<V> for Standing<V> {
+impl<V: Vector> KnownStrength<V> for QuasiStatic<V> {
     const MOST_LOGARITHMS: usize = 24;
 
     #[inline(always)]

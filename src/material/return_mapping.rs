@@ -13,12 +13,12 @@
 //! not. So each step solves the return for the rate with those parabolas (`RateEffect::solve`), at a logarithm a
 //! try and nothing else, and one evaluation of the strength is enough for most returns of a cut.
 
-use super::Totals;
+use super::StepSums;
 use super::damage::{DamageEffect, Yielding};
 use super::effects::ThermalEffect;
 use super::hardening::{Hardening, least};
-use super::j2_plasticity::JohnsonCook;
-use super::rate::{KnownReturn, KnownStrength, Nearby, RateEffect, Standing};
+use super::j2_plasticity::J2Plasticity;
+use super::rate::{KnownReturn, KnownStrength, Nearby, QuasiStatic, RateEffect};
 use crate::points::Column;
 use crate::simd::{Kernel, Mask, Real, Simd, Vector};
 
@@ -32,7 +32,7 @@ const ROUGHLY: f64 = 0.3;
 /// A radial return of points `lane..`: their state, and what yields. A kernel of its own, as neither dimension nor shape function
 /// matters to it; it gives the factor on the deviator.
 pub(super) struct Return<'a, V: Vector, Q, T: ThermalEffect<V::Scalar>, H, G: DamageEffect<V::Scalar>> {
-    pub law: &'a JohnsonCook<V::Scalar, Q, T, H, G>,
+    pub law: &'a J2Plasticity<V::Scalar, Q, T, H, G>,
     pub lane: usize,
     pub plastic_strain: &'a mut Column<V::Scalar>,
     pub yield_stress: &'a mut Column<V::Scalar>,
@@ -48,7 +48,7 @@ pub(super) struct Return<'a, V: Vector, Q, T: ThermalEffect<V::Scalar>, H, G: Da
     pub dt: V::Scalar,
     /// Volume at the start (m3).
     pub volume: V,
-    pub totals: &'a mut Totals<V>,
+    pub totals: &'a mut StepSums<V>,
 }
 
 impl<V, Q, T, H, G> Kernel<V::Scalar> for Return<'_, V, Q, T, H, G>
@@ -94,7 +94,7 @@ where
         let (tiny, near_rate) = if V::Scalar::IS_SINGLE { (3e-4, 2e-2) } else { (1e-7, 1e-3) };
         let (tiny, near_rate) = (V::constant(tiny), V::constant(near_rate));
         let mut flow = q;
-        let mut still = one;
+        let mut quasi_static = one;
         let mut last = V::constant(f64::MAX);
         for _ in 0..MAX_EVALUATIONS {
             let rate = law.rate.factor(x, dt);
@@ -102,8 +102,8 @@ where
             let rise = law.thermal.rise(law.damage.carried(damage, lane, stress * x));
             let strength = law.hardening.strength(old_strain + x, &law.thermal, thermal, lane, rise);
             let (hardened, softening) = (strength.hardened, strength.softening);
-            still = hardened * softening;
-            flow = still * rate;
+            quasi_static = hardened * softening;
+            flow = quasi_static * rate;
             let residual = stress - flow;
             let closed = residual.abs().le(tolerance) | (high - low).le(V::splat(V::Scalar::EPSILON) * high);
             if (closed | !yields).all() {
@@ -148,7 +148,7 @@ where
                 inside & is_exact & (is_near & is_short | step.abs().le(tiny * x)) & steepness.gt(steep);
             x = next;
             if (closed | arrives | !yields).all() {
-                still = V::select(closed, still, nearby.at(x).0);
+                quasi_static = V::select(closed, quasi_static, nearby.at(x).0);
                 flow = V::select(closed, flow, q - three_mu * x);
                 break;
             }
@@ -160,7 +160,7 @@ where
         let x = V::select(yields, x, zero);
         let work = V::select(yields, work.max(zero), zero);
         (old_strain + x).store(&mut plastic_strain[lane..]);
-        V::select(yields, still, at_rest).store(&mut yield_stress[lane..]);
+        V::select(yields, quasi_static, at_rest).store(&mut yield_stress[lane..]);
         let yielding = Yielding {
             increment: x,
             work,
@@ -188,7 +188,7 @@ where
 }
 
 impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageEffect<R>>
-    JohnsonCook<R, Q, T, H, G>
+    J2Plasticity<R, Q, T, H, G>
 {
     /// First guess of a return's increment (-): the whole strain increment, as in steady flow, or the excess over the strength at
     /// rest where that is less; then what the rate makes of the strength as it stands.
@@ -219,7 +219,7 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageE
             most = V::select(grows, carrying.min(high), high);
             guess = guess.min(most);
         }
-        let standing = KnownReturn { trial: q, three_mu, strength: Standing(at_rest), least: steep };
+        let standing = KnownReturn { trial: q, three_mu, strength: QuasiStatic(at_rest), least: steep };
         let start = (guess, self.rate.factor(guess, dt));
         let (x, _) = self.rate.solve(&standing, start, dt, V::constant(ROUGHLY), yields);
         x.max(least()).min(most)

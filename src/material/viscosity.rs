@@ -12,9 +12,9 @@
 //! A type parameter, because its pressure is kept per point: the forces of the next substep, also after a sort, are made
 //! of it. Time step: with Q = b₁ c + b₂² L e the fastest signal is Q + √(Q² + c²); L e is bounded by twice the speed of
 //! the fastest point. Its work, with the mean pressure of a substep as everywhere in the ledger, is
-//! `Totals::viscous_work` and heats nothing.
+//! `StepSums::viscous_work` and heats nothing.
 
-use super::{ConstitutiveModel, PointReport, Totals};
+use super::{ConstitutiveModel, PointReport, StepSums};
 use crate::dimension::Dimension;
 use crate::points::{BLOCK, Column, PointState};
 use crate::simd::{Real, Vector, inlined};
@@ -127,7 +127,7 @@ impl<R: Real, D: Dimension, M: ConstitutiveModel<R, D>> ConstitutiveModel<R, D> 
         h: &D::Matrix<V>,
         dt: R,
         volume: V,
-        totals: &mut Totals<V>,
+        totals: &mut StepSums<V>,
     ) -> D::Symmetric<V> {
         let stress = self.model.update(&mut state.inner, lane, h, dt, volume, totals);
         let zero = V::constant(0.0);

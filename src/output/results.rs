@@ -3,7 +3,7 @@
 //! Every `results.interval` of simulated time: `frame_00012.vtu` (points) and `tool_00012.vtp` (the tool's outline);
 //! `frames.pvd`, which lists them with their times, and `history.csv`, one line of outputs per frame, are whole and
 //! readable after every frame. Where a cut has a machined surface and a chip, each frame has `surface_00012.csv` and
-//! `rake_00012.csv` (`profiles`) as well, and `segmentation.csv` a line (`segmentation`). All of them name the program's version and the parameters in use. Files of an earlier
+//! `rake_00012.csv` (`output::profiles`) as well, and `segmentation.csv` a line (`output::segmentation`). All of them name the program's version and the parameters in use. Files of an earlier
 //! run by these names are removed when a run starts; a file by one of these names that this program did not write is
 //! never touched: the run is refused. Two runs at the same time need two directories.
 

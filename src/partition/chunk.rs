@@ -7,7 +7,7 @@
 //!                                      ├───────────┤
 //! ```
 //!
-//! A chunk adds up, on its own nodes (`chunk_nodes`), what all chunks deposited there in the last substep, always in the order of
+//! A chunk adds up, on its own nodes (`partition::nodes`), what all chunks deposited there in the last substep, always in the order of
 //! the chunks; solves the momentum equation; and moves its points, which deposit into a buffer of its own. It reads
 //! only the deposits of the last substep and writes only its own, so a substep needs no lock, and its result does not depend on
 //! how many threads there are. On the overlap neighbours do the same work twice and get the same bits; sums over nodes count
@@ -18,15 +18,15 @@ use crate::grid::Layout;
 use crate::grid::shape_function::ShapeFunction;
 use crate::material::ConstitutiveModel;
 use crate::partition::nodes::ChunkNodes;
-use crate::partition::velocity_outliers::{self, Stray};
+use crate::partition::velocity_outliers::{self, Outlier};
 use crate::points::{Block, PointState};
 use crate::simd::{InstructionSet, Real, dispatch};
-use crate::transfer::{Look, NodeRun, PassSums, PointsPass, Suspect};
+use crate::transfer::{Candidate, NodeRun, OutlierScan, PassSums, PointsPass};
 use std::time::{Duration, Instant};
 
 /// Strays, and points suspected of being some, of a chunk that are found without asking for memory.
-const USUAL_STRAYS: usize = 256;
-const USUAL_SUSPECTS: usize = 1024;
+const USUAL_OUTLIERS: usize = 256;
+const USUAL_CANDIDATES: usize = 1024;
 
 /// A run of sorted points.
 #[derive(Clone)]
@@ -36,11 +36,11 @@ pub struct Chunk<R: Real, D: Dimension, S> {
     /// Sums over its points in the last substep.
     pub sums: PassSums,
     /// What the last pass over its points took, so that the longest can come first; not part of the state.
-    pub effort: Duration,
+    pub cost: Duration,
     /// Points whose velocities the last pass had to look at.
-    suspects: Vec<Suspect>,
+    candidates: Vec<Candidate>,
     /// Those found out of bounds.
-    pub strays: Vec<Stray>,
+    pub outliers: Vec<Outlier>,
 }
 
 impl<R: Real, D: Dimension, S> Default for Chunk<R, D, S> {
@@ -48,9 +48,9 @@ impl<R: Real, D: Dimension, S> Default for Chunk<R, D, S> {
         Chunk {
             blocks: Vec::new(),
             sums: PassSums::default(),
-            effort: Duration::ZERO,
-            suspects: Vec::with_capacity(USUAL_SUSPECTS),
-            strays: Vec::with_capacity(USUAL_STRAYS),
+            cost: Duration::ZERO,
+            candidates: Vec::with_capacity(USUAL_CANDIDATES),
+            outliers: Vec::with_capacity(USUAL_OUTLIERS),
         }
     }
 }
@@ -71,26 +71,26 @@ pub struct Substep<'a, F, M> {
 
 impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
     /// Moves the points by what a substep has made of their `nodes`; they deposit into `outgoing`. With a bound (m/s), notes in
-    /// `strays` those whose velocity differs by more from the ones that all nodes around them had in the substep.
-    pub fn move_points<F: ShapeFunction<R>, M: ConstitutiveModel<R, D, State = S>>(
+    /// `outliers` those whose velocity differs by more from the ones that all nodes around them had in the substep.
+    pub fn update_particles<F: ShapeFunction<R>, M: ConstitutiveModel<R, D, State = S>>(
         &mut self,
         nodes: &mut ChunkNodes<R>,
         outgoing: &mut NodeRun<R>,
         common: &Substep<'_, F, M>,
-        stray_bound: Option<f64>,
+        outlier_bound: Option<f64>,
     ) {
         let begin = Instant::now();
-        self.sums = self.pass_points(&nodes.run, outgoing, common, stray_bound);
-        self.effort = begin.elapsed();
-        self.strays.clear();
-        let Some(bound) = stray_bound else { return };
+        self.sums = self.pass_points(&nodes.run, outgoing, common, outlier_bound);
+        self.cost = begin.elapsed();
+        self.outliers.clear();
+        let Some(bound) = outlier_bound else { return };
         // A point's velocity is judged by those that its increment belongs to.
         nodes.take_smoothing_back(common.layout);
-        for suspect in self.suspects.drain(..) {
-            let block = &self.blocks[suspect.block];
+        for candidate in self.candidates.drain(..) {
+            let block = &self.blocks[candidate.block];
             let around = (&nodes.run, common.layout, common.shape);
-            let point = (&suspect, &block.places(), &block.velocity);
-            self.strays.extend(velocity_outliers::judge::<R, D, F>(point, around, bound));
+            let point = (&candidate, &block.places(), &block.velocity);
+            self.outliers.extend(velocity_outliers::judge::<R, D, F>(point, around, bound));
         }
     }
 
@@ -111,10 +111,10 @@ impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
         nodes: &NodeRun<R>,
         outgoing: &mut NodeRun<R>,
         common: &Substep<'_, F, M>,
-        stray_bound: Option<f64>,
+        outlier_bound: Option<f64>,
     ) -> PassSums {
-        self.suspects.clear();
-        let look = stray_bound.map(|bound| Look { bound, suspects: &mut self.suspects });
+        self.candidates.clear();
+        let look = outlier_bound.map(|bound| OutlierScan { bound, candidates: &mut self.candidates });
         dispatch(
             common.instructions,
             PointsPass {

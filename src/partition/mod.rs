@@ -17,7 +17,7 @@ pub mod smoothing;
 pub mod step_bounds;
 pub mod velocity_outliers;
 
-use crate::checkpoint::{Bulk, BulkReader};
+use crate::checkpoint::{BulkReader, StateBytes};
 use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::grid::{FixedNodes, Layout, PencilRanges};
@@ -51,7 +51,7 @@ pub struct Partition<R: Real, D: Dimension, S> {
     pub fixed: Vec<FixedNodes>,
     /// Points outside the active window: in no chunk, and no substep moves them.
     pub frozen: Vec<Block<R, D, S>>,
-    /// Points of the chip's tail: in no chunk either; `chip_tail` moves them when points are sorted.
+    /// Points of the chip's tail: in no chunk either; `speedups::rigid_chip` moves them when points are sorted.
     pub tail: Vec<Block<R, D, S>>,
     /// Lowest and highest pencil of each chunk's points when they were sorted; (1, 0) for a chunk without points.
     ends: Vec<(usize, usize)>,
@@ -277,12 +277,12 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
     }
 
     /// Everything that changes, as numbers: points in order, the layout, then the deposits that the next substep reads.
-    pub fn bulk(&self) -> Bulk {
+    pub fn state_bytes(&self) -> StateBytes {
         let count: usize = self.chunks.iter().map(|chunk| chunk.blocks.len()).sum();
         let all = count + self.frozen.len() + self.tail.len();
         let deposits: usize = self.incoming.iter().map(|run| size_of_val(run.records.as_slice())).sum();
         // Deposits of single precision take twice their size; the rest is exact enough to spare most reallocations.
-        let mut bulk = Bulk::with_capacity(all * Self::bytes_per_block() + 2 * deposits + (1 << 16));
+        let mut bulk = StateBytes::with_capacity(all * Self::bytes_per_block() + 2 * deposits + (1 << 16));
         bulk.put_counts([count, self.frozen.len(), self.tail.len()]);
         let blocks = self.chunks.iter().flat_map(|chunk| &chunk.blocks);
         for block in blocks.chain(&self.frozen).chain(&self.tail) {
@@ -305,12 +305,12 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         bulk
     }
 
-    /// Bytes that `bulk` takes for a block: its floating-point columns, then nodes and numbers.
+    /// Bytes that `state_bytes` takes for a block: its floating-point columns, then nodes and numbers.
     const fn bytes_per_block() -> usize {
         BLOCK * (8 * Block::<R, D, S>::columns() + 4 * (D::AXES + 1))
     }
 
-    /// Takes what `bulk` gave.
+    /// Takes what `state_bytes` gave.
     ///
     /// # Errors
     /// `Error::DamagedState` when it does not fit this scene.

@@ -28,7 +28,7 @@ struct Fixed {
 /// What a chunk's nodes add up in one substep, over the nodes it owns.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NodeSums {
-    /// ½ Σ m |Δv|² (J); with an affine transfer ½ Σ m Δv·v; with smoothed increments what `smoothing` has.
+    /// ½ Σ m |Δv|² (J); with an affine transfer ½ Σ m Δv·v; with smoothed increments what `partition::smoothing` has.
     pub increment_energy: f64,
     /// Impulse of the tool on the workpiece (N s).
     pub tool_impulse: [f64; 2],
@@ -40,7 +40,7 @@ pub struct NodeSums {
     pub contact_loss: f64,
     /// Work of the contact impulses on what is left of the points' approach (J), negative where points are pushed out.
     pub approach_work: f64,
-    /// Area of contact, and of the part where friction is below Coulomb's (m2): where strength caps friction (`sticking`).
+    /// Area of contact, and of the part where friction is below Coulomb's (m2): where strength caps friction (`contact::sticking`).
     pub contact_areas: [f64; 2],
     /// Furthest coordinate of contact along the rake face (m).
     pub contact_reach: f64,
@@ -75,9 +75,9 @@ impl NodeSums {
     }
 }
 
-/// What contact changes in a substep, found beside the first half of it (`touching`, `nodal_contact`).
+/// What contact changes in a substep, found beside the first half of it (`contact::surface`, `contact::nodal`).
 #[derive(Clone, Debug, Default)]
-pub struct TouchedNodes {
+pub struct NodalImpulses {
     /// Index of the node in the layout and its change of velocity (m/s), in rising order.
     pub nodes: Vec<(usize, [f64; 3])>,
     /// Index of the node in the layout and the friction heat of the substep there (J, at least 0), in rising order; it adds
@@ -115,7 +115,7 @@ pub struct NodesStep<'a> {
     pub tool: &'a RigidTool,
     /// Nodes lighter than this (kg) stay at rest: nothing but rounding is left there.
     pub lightest: f64,
-    /// Steepness of the shape function over the mass of the lightest point (1/kg), see `guards`.
+    /// Steepness of the shape function over the mass of the lightest point (1/kg), see `partition::step_bounds`.
     pub share_per_mass: f64,
     /// Acceleration of the nodes by a body force, if the scene has one.
     pub body_force: Option<&'a dyn BodyForce>,
@@ -180,7 +180,7 @@ impl<R: Real> ChunkNodes<R> {
     /// First half of a substep, up to contact: the nodes' new velocities from `incoming` deposits.
     ///
     /// It changes no point and can be done again at another length.
-    pub fn add_up<D: Dimension>(&mut self, incoming: &[NodeRun<R>], step: &NodesStep<'_>) {
+    pub fn update_nodes<D: Dimension>(&mut self, incoming: &[NodeRun<R>], step: &NodesStep<'_>) {
         dispatch(
             step.instructions,
             NodesPass::<R, D> {
@@ -199,9 +199,11 @@ impl<R: Real> ChunkNodes<R> {
     }
 
     /// Second half: what contact has `touched`, smoothing, and what the nodes will do to the points.
-    pub fn finish<D: Dimension>(&mut self, touched: &TouchedNodes, step: &NodesStep<'_>) {
+    pub fn apply_contact<D: Dimension>(&mut self, touched: &NodalImpulses, step: &NodesStep<'_>) {
         match step.contact {
-            Contact::Surface | Contact::Distance | Contact::Velocity => self.take_over::<D>(touched),
+            Contact::Surface | Contact::Distance | Contact::Velocity => {
+                self.apply_nodal_impulses::<D>(touched)
+            }
             Contact::NodesInside => self.touch::<D>(step),
         }
         let owned = self.owned.start - self.run.first..self.owned.end - self.run.first;
@@ -257,7 +259,7 @@ impl<R: Real> ChunkNodes<R> {
     }
 
     /// Adds to the nodes what contact changes; its sums are counted where it was found.
-    fn take_over<D: Dimension>(&mut self, changes: &TouchedNodes) {
+    fn apply_nodal_impulses<D: Dimension>(&mut self, changes: &NodalImpulses) {
         let end = self.run.first + self.run.count::<D>();
         let begin = changes.nodes.partition_point(|change| change.0 < self.run.first);
         for &(index, change) in changes.nodes[begin..].iter().take_while(|change| change.0 < end) {
@@ -269,8 +271,8 @@ impl<R: Real> ChunkNodes<R> {
         }
     }
 
-    /// Lets points move by smoothed increments (`smoothing`).
-    fn smooth(&mut self, touched: &TouchedNodes, step: &NodesStep<'_>) {
+    /// Lets points move by smoothed increments (`partition::smoothing`).
+    fn smooth(&mut self, touched: &NodalImpulses, step: &NodesStep<'_>) {
         let nodes = (&self.run, step.layout, self.pencils.clone());
         self.smoothing.find(nodes, R::from_f64(step.lightest), step.instructions);
         for node in &self.fixed {

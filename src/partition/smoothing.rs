@@ -6,7 +6,7 @@
 //!
 //! the consistent mass matrix over the lumped one: next to nothing of the shortest waves, and of a node at a surface that holds
 //! next to no mass whatever its neighbours do. Points are moved and strained by v + Δv all the same, and at such nodes it is
-//! this that limits the substep (`stability`). Here they are moved and strained by v + P′Δv instead,
+//! this that limits the substep (`setup::courant_limit`). Here they are moved and strained by v + P′Δv instead,
 //!
 //! (P′Δv)_i = Δv_i − Σ_j m_ij (Δv_i − Δv_j)/m_i
 //!

@@ -1,4 +1,4 @@
-//! Which points' velocities are foreign to the nodes around them; `strays` has the equations and says what for.
+//! Which points' velocities are foreign to the nodes around them; `outliers` has the equations and says what for.
 
 use crate::dimension::Dimension;
 use crate::grid::Layout;
@@ -6,11 +6,11 @@ use crate::grid::shape_function::ShapeFunction;
 use crate::points::{Column, Places};
 use crate::simd::Real;
 use crate::transfer::stencils::{PointWeights, for_each_node};
-use crate::transfer::{NodeRun, Suspect};
+use crate::transfer::{Candidate, NodeRun};
 
 /// A velocity out of bounds.
 #[derive(Clone, Copy, Debug)]
-pub struct Stray {
+pub struct Outlier {
     /// Its point's block in the chunk.
     pub block: usize,
     /// Its place in the block.
@@ -19,20 +19,20 @@ pub struct Stray {
     pub excess: [f64; 3],
 }
 
-/// The suspect as a stray, if it is one.
+/// The candidate as a outlier, if it is one.
 ///
 /// * `nodes`: their velocities (m/s)
 /// * `bound`: speed (m/s) that stress at yield gives a free surface
 pub fn judge<R: Real, D: Dimension, F: ShapeFunction<R>>(
-    (suspect, points, velocity): (&Suspect, &Places<'_, R, D>, &D::Vector<Column<R>>),
+    (candidate, points, velocity): (&Candidate, &Places<'_, R, D>, &D::Vector<Column<R>>),
     (nodes, layout, shape): (&NodeRun<R>, &Layout, &F),
     bound: f64,
-) -> Option<Stray> {
-    let &Suspect { block, lane } = suspect;
+) -> Option<Outlier> {
+    let &Candidate { block, lane } = candidate;
     let weights = PointWeights::of(points, lane, shape);
     let own = D::vector(|axis| velocity[axis][lane].to_f64());
     let excess = excess::<R, D>((nodes, layout, &weights), &points.node_of(lane), &own, bound)?;
-    Some(Stray { block, lane, excess })
+    Some(Outlier { block, lane, excess })
 }
 
 /// By how much the velocity `own` (m/s) of the point with these weights passes its limit, e_p.

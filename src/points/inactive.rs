@@ -5,25 +5,25 @@ use crate::points::{BLOCK, Block, PointState};
 use crate::simd::Real;
 
 /// Points in no order, in blocks filled from the front.
-pub struct Heap<R: Real, D: Dimension, S> {
+pub struct InactivePoints<R: Real, D: Dimension, S> {
     /// Full ones, and one that may be full in part.
     pub blocks: Vec<Block<R, D, S>>,
     /// Points in them.
     pub count: usize,
 }
 
-impl<R: Real, D: Dimension, S> Default for Heap<R, D, S> {
+impl<R: Real, D: Dimension, S> Default for InactivePoints<R, D, S> {
     fn default() -> Self {
-        Heap { blocks: Vec::new(), count: 0 }
+        InactivePoints { blocks: Vec::new(), count: 0 }
     }
 }
 
-impl<R: Real, D: Dimension, S: PointState<R>> Heap<R, D, S> {
+impl<R: Real, D: Dimension, S: PointState<R>> InactivePoints<R, D, S> {
     /// The points of blocks that a heap has filled.
     pub fn of(blocks: Vec<Block<R, D, S>>) -> Self {
         let last = blocks.last().map_or(0, |block| (0..BLOCK).filter(|&lane| block.is_point(lane)).count());
         let count = blocks.len().saturating_sub(1) * BLOCK + last;
-        Heap { blocks, count }
+        InactivePoints { blocks, count }
     }
 
     /// Takes a copy of a point.

@@ -35,7 +35,7 @@ pub trait PointState<R: Real>: Clone + Send + Sync {
     /// Column `k`, to write.
     fn column_mut(&mut self, k: usize) -> &mut Column<R>;
 
-    /// Whether points carry an affine velocity field (`affine`).
+    /// Whether points carry an affine velocity field (`transfer::apic`).
     const IS_AFFINE: bool = false;
 
     /// First moments of the velocity around each point, where it carries them.

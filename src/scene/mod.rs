@@ -300,7 +300,7 @@ pub struct Numerics {
 }
 
 impl Numerics {
-    /// Whether increments can be smoothed: whether nodes keep the masses that they share (`smoothing`).
+    /// Whether increments can be smoothed: whether nodes keep the masses that they share (`partition::smoothing`).
     pub fn can_smooth(&self) -> bool {
         self.dimension == DimensionChoice::PlaneStrain
             && self.shape_function == ShapeChoice::Gimp

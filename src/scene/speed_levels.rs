@@ -10,14 +10,14 @@
 //! ones, a Courant number of 0.54 and 1 % of the cutting force for mass scaling: smoothing alone changes up to 1.1 % of it.
 //!
 //! A level sets a parameter that stands at its start value; one that was set by hand keeps what it was set to. A Courant number
-//! that was not set by hand ends at the scheme's limit for the material (`stability`), 0.5485 for the reference cut. What each
+//! that was not set by hand ends at the scheme's limit for the material (`setup::courant_limit`), 0.5485 for the reference cut. What each
 //! level costs in accuracy is measured in the README.
 
 use crate::scene::presets::PRESETS;
 use crate::scene::{Numerics, Precision, Scene, Speed};
 
 /// The scene with its level's levers pulled; doing it again changes nothing.
-pub fn pull(scene: &mut Scene) {
+pub fn apply(scene: &mut Scene) {
     let start = Scene::default().numerics;
     let numerics = &mut scene.numerics;
     let is_smoothed = numerics.courant == start.courant && numerics.can_smooth();
@@ -107,9 +107,9 @@ mod tests {
             let mut scene = Scene::default();
             scene.numerics.speed = speed;
             (scene.numerics.active_window, scene.numerics.mass_scaling) = (7.0, 3.0);
-            pull(&mut scene);
+            apply(&mut scene);
             let once = scene.clone();
-            pull(&mut scene);
+            apply(&mut scene);
             assert_eq!(scene, once, "{speed:?} pulled twice");
             assert_eq!((scene.numerics.active_window, scene.numerics.mass_scaling), (7.0, 3.0), "{speed:?}");
             let is_smoothed = scene.numerics.smoothed_increments;
@@ -128,7 +128,7 @@ mod tests {
         in_space.numerics.dimension = DimensionChoice::ThreeDimensional;
         for (mut scene, courant) in [(by_hand, 0.4), (in_space, 0.54)] {
             scene.numerics.speed = Speed::Fast;
-            pull(&mut scene);
+            apply(&mut scene);
             let Numerics { smoothed_increments, inertia_error, .. } = scene.numerics;
             assert_eq!((smoothed_increments, scene.numerics.courant, inertia_error), (false, courant, 0.01));
         }

@@ -22,7 +22,7 @@
 use crate::error::Error;
 use crate::scene::{Inputs, Scene, TransferChoice};
 use crate::setup;
-use crate::simulation::{Drive, Solver};
+use crate::simulation::{Solver, ToolMotion};
 use crate::speedups::active_window;
 use crate::speedups::rigid_chip;
 use std::time::Duration;
@@ -61,7 +61,7 @@ pub struct Estimate {
 /// When the copy becomes unstable, as the run then would.
 pub fn of_run(solver: &dyn Solver, scene: &Scene, inputs: &Inputs, duration: f64) -> Result<Estimate, Error> {
     let speed = inputs.tool_velocity;
-    let drive = Drive { velocity: [-speed, 0.0], friction: inputs.friction };
+    let drive = ToolMotion { velocity: [-speed, 0.0], friction: inputs.friction };
     let mut copy = small_copy(solver, scene)?;
     copy.scale_mass(speed.abs());
     // A coarser copy has longer substeps, in proportion to its cells.
@@ -110,7 +110,7 @@ fn coarser(scene: &Scene) -> Result<Box<dyn Solver>, Error> {
 
 /// CPU time of a substep at rest for each point (s), for a run of so many substeps.
 fn cost_at_rest(solver: &mut dyn Solver, substeps: f64) -> Result<f64, Error> {
-    let drive = Drive { velocity: [0.0; 2], friction: 0.0 };
+    let drive = ToolMotion { velocity: [0.0; 2], friction: 0.0 };
     // The first brings the copy into the cache.
     solver.step(&drive, false)?;
     let begin = Clock::now();

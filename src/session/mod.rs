@@ -8,7 +8,7 @@
 pub mod run_state;
 pub mod cost_estimate;
 
-use crate::checkpoint::Bulk;
+use crate::checkpoint::StateBytes;
 use crate::error::Error;
 pub use crate::output::point_fields::{Outputs, PointFields};
 use crate::output::results::ResultsWriter;
@@ -17,7 +17,7 @@ use crate::parallel::in_pool;
 use crate::scene::presets;
 use crate::scene::{Inputs, Scene};
 use crate::session::cost_estimate::Estimate;
-use crate::session::run_state::{Course, Totals};
+use crate::session::run_state::{RunState, RunTotals};
 use crate::setup;
 use crate::setup::checks;
 use crate::simulation::{Progress, Solver};
@@ -43,13 +43,13 @@ pub enum Advance {
 
 /// One run of one scene.
 pub struct Session {
-    course: Course,
+    run: RunState,
     solver: Box<dyn Solver>,
 }
 
 impl Clone for Session {
     fn clone(&self) -> Self {
-        Session { course: self.course.clone(), solver: self.solver.fork() }
+        Session { run: self.run.clone(), solver: self.solver.fork() }
     }
 }
 
@@ -75,33 +75,33 @@ impl Session {
         let scene = checks::check(scene)?;
         let solver = setup::build(&scene)?;
         let results = ResultsWriter::new(&scene, parameters)?;
-        let course = Course {
+        let run = RunState {
             start: start_time,
             time: 0.0,
             inputs: scene.inputs,
             slopes: Inputs { tool_velocity: 0.0, feed: 0.0, friction: 0.0 },
             inputs_time: 0.0,
-            at_point: Totals::default(),
-            before_substep: Totals::default(),
+            at_point: RunTotals::default(),
+            before_substep: RunTotals::default(),
             filtered_force: 0.0,
             force_range: None,
             outputs: Outputs::default(),
             results,
             scene,
         };
-        let mut session = Session { course, solver };
+        let mut session = Session { run, solver };
         session.survey();
         Ok(session)
     }
 
     /// The scene as built (a library material's constants filled in).
     pub fn scene(&self) -> &Scene {
-        &self.course.scene
+        &self.run.scene
     }
 
     /// The last communication point (s).
     pub fn time(&self) -> f64 {
-        self.course.start + self.course.time
+        self.run.start + self.run.time
     }
 
     /// Estimates what the run from here to `stop_time` (s) takes with the present inputs, and shows it as an output.
@@ -109,10 +109,10 @@ impl Session {
     /// # Errors
     /// `Error::Unstable` when a copy of the solver cannot make its first substeps, as this one then could not.
     pub fn estimate(&mut self, stop_time: f64) -> Result<Estimate, Error> {
-        let course = &mut self.course;
-        let duration = (stop_time - course.start - self.solver.progress().clock).max(0.0);
-        let estimate = cost_estimate::of_run(self.solver.as_ref(), &course.scene, &course.inputs, duration)?;
-        course.outputs.estimated_cpu_time = estimate.cpu_seconds;
+        let run = &mut self.run;
+        let duration = (stop_time - run.start - self.solver.progress().clock).max(0.0);
+        let estimate = cost_estimate::of_run(self.solver.as_ref(), &run.scene, &run.inputs, duration)?;
+        run.outputs.estimated_cpu_time = estimate.cpu_seconds;
         Ok(estimate)
     }
 
@@ -121,15 +121,15 @@ impl Session {
     /// # Errors
     /// `Error::OutOfRange` for a feed that leaves less than two cells below the tool.
     pub fn check_inputs(&self, inputs: &Inputs) -> Result<(), Error> {
-        checks::check_feed(&self.course.scene, inputs.feed)
+        checks::check_feed(&self.run.scene, inputs.feed)
     }
 
     /// Inputs from the present communication point on; slopes (per second) are all zero unless given.
     pub fn set_inputs(&mut self, inputs: Inputs, slopes: Inputs) {
-        let course = &mut self.course;
-        course.inputs = inputs;
-        course.slopes = slopes;
-        course.inputs_time = course.time;
+        let run = &mut self.run;
+        run.inputs = inputs;
+        run.slopes = slopes;
+        run.inputs_time = run.time;
     }
 
     /// Runs the substeps up to the communication point `time` (s) and updates the outputs.
@@ -144,7 +144,7 @@ impl Session {
         time: f64,
         watch: &mut (dyn FnMut(f64) -> bool + Send),
     ) -> Result<Advance, Error> {
-        let end = time - self.course.start;
+        let end = time - self.run.start;
         if !self.is_behind(end) {
             return self.communicate(end, Advance::Reached);
         }
@@ -160,7 +160,7 @@ impl Session {
         }?;
         let reached = match advance {
             Advance::Reached => end,
-            Advance::StoppedAt(clock) => clock - self.course.start,
+            Advance::StoppedAt(clock) => clock - self.run.start,
         };
         self.communicate(reached, advance)
     }
@@ -174,7 +174,7 @@ impl Session {
     /// Threads that pay for this scene.
     fn threads(&self) -> usize {
         let available = std::thread::available_parallelism().map_or(1, usize::from);
-        let asked = self.course.scene.numerics.threads;
+        let asked = self.run.scene.numerics.threads;
         let most = if asked > 0 { asked as usize } else { available };
         most.min(self.solver.points() / POINTS_PER_THREAD).max(1)
     }
@@ -188,17 +188,17 @@ impl Session {
     ) -> Result<Advance, Error> {
         let started = Instant::now();
         let mut watched = started;
-        let limit = self.course.scene.numerics.wall_time_limit;
+        let limit = self.run.scene.numerics.wall_time_limit;
         while self.is_behind(end) {
             self.write_due_frame()?;
             self.substep(parallel)?;
             let now = Instant::now();
             if limit > 0.0 && (now - started).as_secs_f64() > limit && self.is_behind(end) {
-                return Ok(Advance::StoppedAt(self.course.start + self.solver.progress().clock));
+                return Ok(Advance::StoppedAt(self.run.start + self.solver.progress().clock));
             }
             if now - watched > WATCH_INTERVAL {
                 watched = now;
-                let clock = self.course.start + self.solver.progress().clock;
+                let clock = self.run.start + self.solver.progress().clock;
                 if !watch(clock) && self.is_behind(end) {
                     return Ok(Advance::StoppedAt(clock));
                 }
@@ -210,37 +210,37 @@ impl Session {
 
     /// One substep with the inputs of its start, and the filtered force after it.
     fn substep(&mut self, parallel: bool) -> Result<(), Error> {
-        let course = &mut self.course;
-        let before = Totals::of(self.solver.progress());
-        self.solver.scale_mass(course.speed(self.solver.as_ref()).abs());
-        let drive = course.drive(self.solver.as_ref());
+        let run = &mut self.run;
+        let before = RunTotals::of(self.solver.progress());
+        self.solver.scale_mass(run.speed(self.solver.as_ref()).abs());
+        let drive = run.drive(self.solver.as_ref());
         self.solver.step(&drive, parallel)?;
-        let after = Totals::of(self.solver.progress());
+        let after = RunTotals::of(self.solver.progress());
         let dt = after.time - before.time;
         let force = (before.impulse[0] - after.impulse[0]) / dt;
-        course.filtered_force += dt / (FORCE_FILTER + dt) * (force - course.filtered_force);
-        let [low, high] = course.force_range.unwrap_or([course.filtered_force; 2]);
-        course.force_range = Some([low.min(course.filtered_force), high.max(course.filtered_force)]);
-        course.before_substep = before;
+        run.filtered_force += dt / (FORCE_FILTER + dt) * (force - run.filtered_force);
+        let [low, high] = run.force_range.unwrap_or([run.filtered_force; 2]);
+        run.force_range = Some([low.min(run.filtered_force), high.max(run.filtered_force)]);
+        run.before_substep = before;
         Ok(())
     }
 
     /// Outputs at the communication point `end` (since the start, s).
     fn communicate(&mut self, end: f64, advance: Advance) -> Result<Advance, Error> {
-        let after = Totals::of(self.solver.progress());
-        let ran = after.substeps > self.course.at_point.substeps;
+        let after = RunTotals::of(self.solver.progress());
+        let ran = after.substeps > self.run.at_point.substeps;
         if ran {
             self.survey();
-            if !self.course.outputs.balance_error.is_finite() {
+            if !self.run.outputs.balance_error.is_finite() {
                 return Err(Error::Unstable(format!(
                     "the run became unstable by t = {end:.6e} s: the energy of its points is no finite number"
                 )));
             }
         }
-        let course = &mut self.course;
-        let now = Totals::between(&course.before_substep, &after, end);
-        let last = course.at_point;
-        let outputs = &mut course.outputs;
+        let run = &mut self.run;
+        let now = RunTotals::between(&run.before_substep, &after, end);
+        let last = run.at_point;
+        let outputs = &mut run.outputs;
         let span = now.time - last.time;
         if span > 0.0 {
             // The tool pushes the workpiece; the workpiece pushes back.
@@ -250,16 +250,15 @@ impl Session {
             let [all, sticking] = [0, 1].map(|k| now.contact_areas[k] - last.contact_areas[k]);
             outputs.sticking_share = if all > 0.0 { (sticking / all).clamp(0.0, 1.0) } else { 0.0 };
         }
-        let [low, high] = course.force_range.take().unwrap_or([course.filtered_force; 2]);
+        let [low, high] = run.force_range.take().unwrap_or([run.filtered_force; 2]);
         (outputs.cutting_force_min, outputs.cutting_force_max) = (low, high);
         outputs.substeps = i32::try_from(after.substeps - last.substeps).unwrap_or(i32::MAX);
-        let removed =
-            course.inputs.tool_velocity.abs() * course.outputs_feed() * course.scene.workpiece.width;
-        let outputs = &mut course.outputs;
+        let removed = run.inputs.tool_velocity.abs() * run.outputs_feed() * run.scene.workpiece.width;
+        let outputs = &mut run.outputs;
         outputs.specific_cutting_energy =
             if outputs.chip_thickness > 0.0 && removed > 0.0 { outputs.cutting_power / removed } else { 0.0 };
-        course.at_point = now;
-        course.time = end;
+        run.at_point = now;
+        run.time = end;
         Ok(advance)
     }
 
@@ -267,20 +266,20 @@ impl Session {
     fn survey(&mut self) {
         let progress = self.solver.progress();
         let tool = self.solver.tool();
-        let course = &mut self.course;
-        let workpiece = &course.scene.workpiece;
+        let run = &mut self.run;
+        let workpiece = &run.scene.workpiece;
         let feed = (workpiece.height - tool.position[1]).max(0.0);
         let mut survey = Survey::new();
         self.solver.visit_points(&mut |point| survey.count(point, tool, feed));
         let ledger = &progress.ledger;
-        let constants = &course.scene.material.constants;
-        let outputs = &mut course.outputs;
+        let constants = &run.scene.material.constants;
+        let outputs = &mut run.outputs;
         outputs.chip_temperature = survey.chip_temperature().unwrap_or(workpiece.initial_temperature);
         outputs.chip_temperature_peak = survey.peak_temperature;
         outputs.peak_strain = survey.peak_strain;
         outputs.peak_strain_p999 = survey.strain_p999();
         outputs.chip_thickness = survey.chip_thickness(feed, workpiece.width);
-        outputs.shear_angle = shear_angle(feed, outputs.chip_thickness, course.scene.tool.rake_angle);
+        outputs.shear_angle = shear_angle(feed, outputs.chip_thickness, run.scene.tool.rake_angle);
         outputs.contact_length = progress.contact_reach;
         outputs.cut_length = progress.cut_length;
         outputs.tool_work = ledger.tool_work;
@@ -309,18 +308,18 @@ impl Session {
         outputs.surplus_kinetic_energy = survey.kinetic * (1.0 - 1.0 / progress.mass_factor);
         outputs.mass_scaling_energy = ledger.mass_scaling;
         outputs.retries = i32::try_from(progress.retries).unwrap_or(i32::MAX);
-        outputs.stray_velocities = i32::try_from(progress.stray_velocities).unwrap_or(i32::MAX);
+        outputs.stray_velocities = i32::try_from(progress.null_space_velocities).unwrap_or(i32::MAX);
         outputs.active_points = i32::try_from(self.solver.points()).unwrap_or(i32::MAX);
         outputs.retired_points = i32::try_from(ledger.retired_points).unwrap_or(i32::MAX);
         outputs.min_jacobian = survey.min_jacobian;
-        outputs.force_error_band = presets::force_error_band(&course.scene, feed);
+        outputs.force_error_band = presets::force_error_band(&run.scene, feed);
         [outputs.tool_position_x, outputs.tool_position_y] = tool.position;
         let has_chip = survey.chip_temperature().is_some();
         // A substep without a touch is not the end: points come and go by ones. A point's width without any is.
-        let spacing = course.scene.numerics.point_spacing;
+        let spacing = run.scene.numerics.point_spacing;
         outputs.chip_state = match progress.touches {
             [_, false] => 1,
-            _ if progress.way_since_touch > spacing => 4,
+            _ if progress.distance_since_contact > spacing => 4,
             _ if has_chip && progress.cut_length > feed => 3,
             _ => 2,
         };
@@ -328,7 +327,7 @@ impl Session {
 
     /// Outputs at the last communication point.
     pub fn outputs(&self) -> &Outputs {
-        &self.course.outputs
+        &self.run.outputs
     }
 
     /// Fastest motion of a point along an axis in the last substep (m/s).
@@ -344,7 +343,7 @@ impl Session {
     /// The points' fields at the solver's clock.
     pub fn point_fields(&self) -> PointFields {
         let mut fields =
-            PointFields { time: self.course.start + self.solver.progress().clock, ..Default::default() };
+            PointFields { time: self.run.start + self.solver.progress().clock, ..Default::default() };
         let mut points = Vec::with_capacity(self.solver.points());
         self.solver.visit_points(&mut |point| points.push(*point));
         points.sort_unstable_by_key(|point| point.id);
@@ -366,12 +365,12 @@ impl Session {
     }
 
     fn write_due_frame(&mut self) -> Result<(), Error> {
-        let time = self.course.start + self.solver.progress().clock;
-        if self.course.results.as_ref().is_some_and(|results| results.due(time)) {
+        let time = self.run.start + self.solver.progress().clock;
+        if self.run.results.as_ref().is_some_and(|results| results.due(time)) {
             self.survey();
             let fields = self.point_fields();
-            if let Some(results) = &mut self.course.results {
-                results.write_frame(&fields, &self.course.outputs)?;
+            if let Some(results) = &mut self.run.results {
+                results.write_frame(&fields, &self.run.outputs)?;
             }
         }
         Ok(())
@@ -379,18 +378,18 @@ impl Session {
 
     /// One line that says which effects run and why.
     pub fn effects_summary(&self) -> String {
-        setup::effects_summary(&self.course.scene)
+        setup::effects_summary(&self.run.scene)
     }
 
     /// What the results writer has to say at the start, if there is one.
     pub fn results_notice(&self) -> Option<&str> {
-        self.course.results.as_ref().map(ResultsWriter::notice)
+        self.run.results.as_ref().map(ResultsWriter::notice)
     }
 
     /// The whole state as bytes, with version, length and checksum.
     pub fn save(&self) -> Vec<u8> {
         let saved =
-            SavedRef { course: &self.course, progress: self.solver.progress(), bulk: &self.solver.bulk() };
+            SavedRef { run: &self.run, progress: self.solver.progress(), bulk: &self.solver.state_bytes() };
         let body = postcard::to_stdvec(&saved).expect("plain data always serialises to memory");
         let mut bytes = Vec::with_capacity(body.len() + HEAD);
         bytes.extend_from_slice(&MAGIC);
@@ -425,10 +424,10 @@ impl Session {
             return Err(damaged("its checksum does not fit"));
         }
         let saved: Saved = postcard::from_bytes(body).map_err(|_| damaged("its content cannot be read"))?;
-        let scene = checks::check(&saved.course.scene).map_err(|error| damaged(&error.to_string()))?;
+        let scene = checks::check(&saved.run.scene).map_err(|error| damaged(&error.to_string()))?;
         let mut solver = setup::build(&scene)?;
         solver.restore(&saved.bulk, &saved.progress)?;
-        Ok(Session { course: saved.course, solver })
+        Ok(Session { run: saved.run, solver })
     }
 }
 
@@ -439,14 +438,14 @@ const HEAD: usize = 20;
 
 #[derive(Serialize)]
 struct SavedRef<'a> {
-    course: &'a Course,
+    run: &'a RunState,
     progress: &'a Progress,
-    bulk: &'a Bulk,
+    bulk: &'a StateBytes,
 }
 
 #[derive(Deserialize)]
 struct Saved {
-    course: Course,
+    run: RunState,
     progress: Progress,
-    bulk: Bulk,
+    bulk: StateBytes,
 }

@@ -3,12 +3,12 @@
 use crate::output::point_fields::Outputs;
 use crate::output::results::ResultsWriter;
 use crate::scene::{Inputs, Scene};
-use crate::simulation::solver::{Drive, Progress, Solver};
+use crate::simulation::solver::{Progress, Solver, ToolMotion};
 use serde::{Deserialize, Serialize};
 
-/// Totals at one time, between which means are taken.
+/// RunTotals at one time, between which means are taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Totals {
+pub(crate) struct RunTotals {
     pub(crate) time: f64,
     pub(crate) impulse: [f64; 2],
     pub(crate) work: f64,
@@ -16,10 +16,10 @@ pub(crate) struct Totals {
     pub(crate) substeps: u64,
 }
 
-impl Totals {
+impl RunTotals {
     pub(crate) fn of(progress: &Progress) -> Self {
         let ledger = &progress.ledger;
-        Totals {
+        RunTotals {
             time: progress.clock,
             impulse: ledger.tool_impulse,
             work: ledger.tool_work,
@@ -28,13 +28,13 @@ impl Totals {
         }
     }
 
-    /// Totals at `time` (s) within the last substep, during which they grew evenly.
-    pub(crate) fn between(before: &Totals, after: &Totals, time: f64) -> Totals {
+    /// RunTotals at `time` (s) within the last substep, during which they grew evenly.
+    pub(crate) fn between(before: &RunTotals, after: &RunTotals, time: f64) -> RunTotals {
         let length = after.time - before.time;
         let share = if length > 0.0 { ((time - before.time) / length).clamp(0.0, 1.0) } else { 1.0 };
         let mix = |a: f64, b: f64| a + share * (b - a);
         let pair = |a: [f64; 2], b: [f64; 2]| [mix(a[0], b[0]), mix(a[1], b[1])];
-        Totals {
+        RunTotals {
             time,
             impulse: pair(before.impulse, after.impulse),
             work: mix(before.work, after.work),
@@ -46,7 +46,7 @@ impl Totals {
 
 /// What a session keeps beside its solver.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Course {
+pub(crate) struct RunState {
     /// The scene as built.
     pub(crate) scene: Scene,
     /// Time at which the solver's clock was zero (s).
@@ -57,9 +57,9 @@ pub(crate) struct Course {
     pub(crate) slopes: Inputs,
     /// Time since the start at which the inputs were given (s).
     pub(crate) inputs_time: f64,
-    /// Totals at the last communication point, and before the last substep.
-    pub(crate) at_point: Totals,
-    pub(crate) before_substep: Totals,
+    /// RunTotals at the last communication point, and before the last substep.
+    pub(crate) at_point: RunTotals,
+    pub(crate) before_substep: RunTotals,
     /// Cutting force behind the filter (N), now and its extremes in this communication step.
     pub(crate) filtered_force: f64,
     pub(crate) force_range: Option<[f64; 2]>,
@@ -67,7 +67,7 @@ pub(crate) struct Course {
     pub(crate) results: Option<ResultsWriter>,
 }
 
-impl Course {
+impl RunState {
     /// Cutting speed (m/s) in the substep that starts now.
     pub(crate) fn speed(&self, solver: &dyn Solver) -> f64 {
         let since = solver.progress().clock - self.inputs_time;
@@ -78,7 +78,7 @@ impl Course {
     ///
     /// Vertically the tool follows the slope of the feed exactly, and makes up a jump no faster than
     /// `tool.feed_rate_limit`.
-    pub(crate) fn drive(&self, solver: &dyn Solver) -> Drive {
+    pub(crate) fn drive(&self, solver: &dyn Solver) -> ToolMotion {
         let since = solver.progress().clock - self.inputs_time;
         let at = |value: f64, slope: f64| value + slope * since;
         let speed = self.speed(solver);
@@ -86,9 +86,9 @@ impl Course {
         let friction = at(self.inputs.friction, self.slopes.friction).max(0.0);
         let limit = self.scene.tool.feed_rate_limit;
         let deviation = self.scene.workpiece.height - feed - solver.tool().position[1];
-        let trial = Drive { velocity: [-speed, limit], friction };
+        let trial = ToolMotion { velocity: [-speed, limit], friction };
         let catch_up = (deviation / solver.time_step(&trial)).clamp(-limit, limit);
-        Drive { velocity: [-speed, catch_up - self.slopes.feed], friction }
+        ToolMotion { velocity: [-speed, catch_up - self.slopes.feed], friction }
     }
 
     /// Feed that the last substep cut at (m).

@@ -21,7 +21,7 @@ pub fn check(scene: &Scene) -> Result<Scene, Error> {
     let asked_courant = scene.numerics.courant;
     let mut resolved = scene.clone();
     presets::take_preset(&mut resolved);
-    speed_levels::pull(&mut resolved);
+    speed_levels::apply(&mut resolved);
     resolved.material.constants = library::resolve(&scene.material)?;
     // From here on what is in use counts, not what was asked for.
     let scene = &resolved;
@@ -100,7 +100,7 @@ fn limit_courant(scene: &mut Scene, asked: f64) -> Result<(), Error> {
     Ok(())
 }
 
-/// The largest Courant number (-) at which a workpiece of the scene's material is stable (`stability`).
+/// The largest Courant number (-) at which a workpiece of the scene's material is stable (`setup::courant_limit`).
 fn courant_limit(scene: &Scene) -> f64 {
     // Cells along each edge of a block whose corners know little of one another.
     const PLANE: [usize; 3] = [6, 6, 1];

@@ -20,7 +20,7 @@
 //! That is the limit of straight rows. Points that have moved unevenly by any amount have lower ones here and there (tests);
 //! whole simulations of blocks hold at the limit all the same (docs/hard-cases.md).
 //!
-//! With smoothed increments (`smoothing`) P′ takes the place of I: λ is the largest eigenvalue of (P′ − P/2) M⁻¹K, and the limit
+//! With smoothed increments (`partition::smoothing`) P′ takes the place of I: λ is the largest eigenvalue of (P′ − P/2) M⁻¹K, and the limit
 //! twice as high.
 //!
 //! In the scalar product of K the operator is its own adjoint; λ is found by Lanczos' method there, which needs K u and
@@ -239,7 +239,7 @@ impl<D: Dimension> Block<D> {
         step
     }
 
-    /// What a point adds to P′ (`smoothing`).
+    /// What a point adds to P′ (`partition::smoothing`).
     fn smooth(&self, shares: &[Share], acceleration: &[[f64; 3]], step: &mut [[f64; 3]]) {
         for own in shares {
             for other in shares {

@@ -26,7 +26,7 @@ use crate::material::ConstitutiveModel;
 use crate::material::damage::{DamageEffect, JohnsonCookDamage, Undamaged};
 use crate::material::effects::{Adiabatic, Isothermal, Softening};
 use crate::material::hardening::{Hardening, PowerLaw, TanhLaw};
-use crate::material::j2_plasticity::JohnsonCook;
+use crate::material::j2_plasticity::J2Plasticity;
 use crate::material::rate::{RateDependent, RateEffect, RateIndependent};
 use crate::material::viscosity::Viscous;
 use crate::output::segmentation::StartLattice;
@@ -158,7 +158,7 @@ fn affine(scene: &Scene) -> Result<Box<dyn Solver>, Error> {
     let expansion = if scene.effects.thermal_expansion { constants.thermal_expansion } else { 0.0 };
     let thermal = Adiabatic::<f64, true>::new(constants.taylor_quinney, capacity, initial, softening(scene))
         .with_expansion(expansion);
-    let model = Affine(JohnsonCook::new(constants, rate, thermal));
+    let model = Affine(J2Plasticity::new(constants, rate, thermal));
     assemble::<f64, PlaneStrain, _, _>(scene, Gimp::new(scene.numerics.points_per_cell_edge), model)
 }
 
@@ -204,7 +204,7 @@ fn with_law<R: Real, D: Dimension>(
 fn full<R: Real, H: Hardening<R>, G: DamageEffect<R>>(
     scene: &Scene,
     damage: G,
-) -> JohnsonCook<R, RateDependent<R>, Adiabatic<R, true>, H, G> {
+) -> J2Plasticity<R, RateDependent<R>, Adiabatic<R, true>, H, G> {
     let constants = &scene.material.constants;
     let rate = RateDependent {
         coefficient: R::from_f64(if scene.effects.rate { constants.rate_coefficient } else { 0.0 }),
@@ -221,7 +221,7 @@ fn full<R: Real, H: Hardening<R>, G: DamageEffect<R>>(
     let expansion = if scene.effects.thermal_expansion { constants.thermal_expansion } else { 0.0 };
     let thermal = Adiabatic::<R, true>::new(heated, capacity, scene.workpiece.initial_temperature, softening)
         .with_expansion(expansion);
-    JohnsonCook::with(constants, rate, thermal, damage)
+    J2Plasticity::with(constants, rate, thermal, damage)
 }
 
 /// A melting temperature (K) that lets nothing soften: 1 − T* = 1 in any precision.
@@ -254,17 +254,17 @@ fn with_heat<R: Real, Q: RateEffect<R>>(
     match (scene.effects.heat, scene.effects.thermal_softening) {
         (Heat::None, softens) => {
             let thermal = Isothermal { temperature: initial, softening: softens.then_some(softening) };
-            assemble::<R, PlaneStrain, _, _>(scene, shape, JohnsonCook::new(constants, rate, thermal))
+            assemble::<R, PlaneStrain, _, _>(scene, shape, J2Plasticity::new(constants, rate, thermal))
         }
         (_, true) => {
             let thermal = Adiabatic::<R, true>::new(constants.taylor_quinney, capacity, initial, softening)
                 .with_expansion(expansion);
-            assemble::<R, PlaneStrain, _, _>(scene, shape, JohnsonCook::new(constants, rate, thermal))
+            assemble::<R, PlaneStrain, _, _>(scene, shape, J2Plasticity::new(constants, rate, thermal))
         }
         (_, false) => {
             let thermal = Adiabatic::<R, false>::new(constants.taylor_quinney, capacity, initial, softening)
                 .with_expansion(expansion);
-            assemble::<R, PlaneStrain, _, _>(scene, shape, JohnsonCook::new(constants, rate, thermal))
+            assemble::<R, PlaneStrain, _, _>(scene, shape, J2Plasticity::new(constants, rate, thermal))
         }
     }
 }

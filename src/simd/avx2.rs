@@ -285,7 +285,7 @@ macro_rules! vector {
                 Self(unsafe { $reg::from_integers($reg::load_integers(from.as_ptr().cast())) })
             }
             #[inline(always)]
-            fn apart<K: Kernel<$scalar>>(part: K) -> K::Output {
+            fn outlined<K: Kernel<$scalar>>(part: K) -> K::Output {
                 // SAFETY: these vectors exist within `run` alone, whose caller has found AVX2 and FMA.
                 unsafe { run::<$scalar, Avx2<$scalar>, K>(part) }
             }

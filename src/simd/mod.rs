@@ -248,7 +248,7 @@ pub trait Vector:
     fn load_i32(from: &[i32]) -> Self;
 
     /// Runs a part of a kernel as a function of its own, with the vectors of the instruction set that this one belongs to.
-    fn apart<K: Kernel<Self::Scalar>>(part: K) -> K::Output;
+    fn outlined<K: Kernel<Self::Scalar>>(part: K) -> K::Output;
 }
 
 /// Yes or no for each lane of a vector.
@@ -301,8 +301,8 @@ pub trait Simd: Copy + Send + Sync + 'static {
 
     /// Runs a part of a kernel as a function of its own, which is compiled once for all kernels that share it.
     #[inline(always)]
-    fn apart<K: Kernel<Self::Scalar>>(part: K) -> K::Output {
-        Self::Lanes::apart(part)
+    fn outlined<K: Kernel<Self::Scalar>>(part: K) -> K::Output {
+        Self::Lanes::outlined(part)
     }
 }
 

@@ -120,8 +120,8 @@ impl<V: Vector> Vector for Pair<V> {
         Pair(V::load_i32(&from[..V::LANES]), V::load_i32(&from[V::LANES..]))
     }
     #[inline(always)]
-    fn apart<K: Kernel<V::Scalar>>(part: K) -> K::Output {
-        V::apart(part)
+    fn outlined<K: Kernel<V::Scalar>>(part: K) -> K::Output {
+        V::outlined(part)
     }
 }
 

@@ -193,7 +193,7 @@ impl<R: Real, const N: usize> Vector for Array<R, N> {
         Self(lanes!(R::ZERO, i => R::from_i32(from[i])))
     }
     #[inline(always)]
-    fn apart<K: Kernel<R>>(part: K) -> K::Output {
+    fn outlined<K: Kernel<R>>(part: K) -> K::Output {
         R::run(InstructionSet::Portable, part)
     }
 }

@@ -5,19 +5,19 @@ use crate::contact::Contact;
 use crate::contact::nodal::NodalContact;
 use crate::contact::nodes::Conditions;
 use crate::contact::sticking::Strength;
-use crate::contact::surface::Touching;
+use crate::contact::surface::SurfaceContact;
 use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;
 use crate::material::ConstitutiveModel;
 use crate::parallel::for_each;
-use crate::partition::nodes::{ChunkNodes, TouchedNodes};
+use crate::partition::nodes::{ChunkNodes, NodalImpulses};
 use crate::simd::Real;
 use std::iter;
 use std::mem;
 
 /// A part of the first half of a substep.
 enum Part<'a, R> {
-    Contact(&'a mut Touching, &'a mut NodalContact),
+    Contact(&'a mut SurfaceContact, &'a mut NodalContact),
     Nodes(&'a mut ChunkNodes<R>),
 }
 
@@ -28,11 +28,15 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
     }
 
     /// What contact changed in the last substep.
-    pub fn touched(&self) -> &TouchedNodes {
-        self.touched_of(&self.touching, &self.nodal_contact)
+    pub fn touched(&self) -> &NodalImpulses {
+        self.touched_of(&self.surface_contact, &self.nodal_contact)
     }
 
-    fn touched_of<'a>(&self, touching: &'a Touching, nodal_contact: &'a NodalContact) -> &'a TouchedNodes {
+    fn touched_of<'a>(
+        &self,
+        touching: &'a SurfaceContact,
+        nodal_contact: &'a NodalContact,
+    ) -> &'a NodalImpulses {
         if self.acts_on_nodes() { nodal_contact.touched() } else { touching.touched() }
     }
 
@@ -40,23 +44,23 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
     pub(super) fn move_nodes(&mut self, dt: f64, parallel: bool) {
         // Nodes and contact read all of the simulation but what they write.
         let mut nodes = mem::take(&mut self.partition.nodes);
-        let mut touching = mem::take(&mut self.touching);
+        let mut touching = mem::take(&mut self.surface_contact);
         let mut nodal_contact = mem::take(&mut self.nodal_contact);
         let (incoming, step) = (&self.partition.incoming, self.nodes_step(dt));
         // What takes longest comes first.
         let parts = iter::once(Part::Contact(&mut touching, &mut nodal_contact));
         for_each(parts.chain(nodes.iter_mut().map(Part::Nodes)), parallel, |part| match part {
             Part::Contact(touching, nodal_contact) => self.solve_contact(touching, nodal_contact, dt),
-            Part::Nodes(nodes) => nodes.add_up::<D>(incoming, &step),
+            Part::Nodes(nodes) => nodes.update_nodes::<D>(incoming, &step),
         });
         let touched = self.touched_of(&touching, &nodal_contact);
-        for_each(nodes.iter_mut(), parallel, |nodes| nodes.finish::<D>(touched, &step));
+        for_each(nodes.iter_mut(), parallel, |nodes| nodes.apply_contact::<D>(touched, &step));
         self.partition.nodes = nodes;
-        (self.touching, self.nodal_contact) = (touching, nodal_contact);
+        (self.surface_contact, self.nodal_contact) = (touching, nodal_contact);
     }
 
     /// Solves the contact for a substep of `dt` (s), but for the law that chunks see to themselves.
-    fn solve_contact(&self, touching: &mut Touching, nodal_contact: &mut NodalContact, dt: f64) {
+    fn solve_contact(&self, touching: &mut SurfaceContact, nodal_contact: &mut NodalContact, dt: f64) {
         let conditions = Conditions {
             tool: &self.tool,
             body_force: self.body_force.as_deref(),

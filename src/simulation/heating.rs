@@ -17,7 +17,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             return;
         }
         let touched =
-            if self.acts_on_nodes() { self.nodal_contact.touched() } else { self.touching.touched() };
+            if self.acts_on_nodes() { self.nodal_contact.touched() } else { self.surface_contact.touched() };
         let nodes = &touched.friction_heat;
         let found: f64 = nodes.iter().map(|entry| entry.1).sum();
         let heat = &mut self.progress.heat;

@@ -8,9 +8,9 @@ mod options;
 
 pub use options::Options;
 
-use crate::checkpoint::Bulk;
+use crate::checkpoint::StateBytes;
 use crate::contact::nodal::NodalContact;
-use crate::contact::surface::Touching;
+use crate::contact::surface::SurfaceContact;
 use crate::dimension::Dimension;
 use crate::energy::ledger::Ledger;
 use crate::energy::watch::{self, Watch};
@@ -27,9 +27,9 @@ use crate::partition::step_bounds::{self, Bounds, MOST_RETRIES};
 use crate::partition::{MOST_CHUNKS, Partition};
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::Real;
-pub use crate::simulation::solver::{Drive, PointView, Progress, Solver};
+pub use crate::simulation::solver::{PointView, Progress, Solver, ToolMotion};
 use crate::speedups::rigid_chip::TailMotion;
-use crate::stabilization::null_space_filter::{self, StrayVelocities};
+use crate::stabilization::null_space_filter::{self, NullSpaceFilter};
 use crate::stabilization::volumetric_locking::{self, LockingControl};
 use crate::tool::RigidTool;
 use crate::transfer::{NodeRun, PassSums};
@@ -52,17 +52,17 @@ pub struct Simulation<R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>> {
     /// The tool.
     pub tool: RigidTool,
     /// Contact at the points.
-    pub touching: Touching,
+    pub surface_contact: SurfaceContact,
     /// Contact at shared nodes, under the paper's own laws.
     pub nodal_contact: NodalContact,
-    /// Whether contact gives its friction heat by node (`TouchedNodes::friction_heat`); not to begin with.
+    /// Whether contact gives its friction heat by node (`NodalImpulses::friction_heat`); not to begin with.
     pub wants_friction_heat: bool,
     /// Gravity or another body force; none to begin with.
     pub body_force: Option<Arc<dyn BodyForce>>,
     /// Numbers and passes.
     pub options: Options,
     /// Brings back velocities that the grid cannot see.
-    pub strays: StrayVelocities,
+    pub null_space_filter: NullSpaceFilter,
     /// Volumetric locking control, if the scene names it.
     pub locking_control: Option<LockingControl>,
     /// Heat conduction, if the scene names it; none to begin with.
@@ -105,12 +105,12 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             travel: 0.0,
             travel_unseen: 0.0,
             travel_uncontrolled: 0.0,
-            stray_velocities: 0,
+            null_space_velocities: 0,
             cut_length: 0.0,
             contact_reach: 0.0,
             contact_areas: [0.0; 2],
             touches: [false; 2],
-            way_since_touch: 0.0,
+            distance_since_contact: 0.0,
             window: None,
             tail: TailMotion::at_rest(0.0),
             mass_factor: 1.0,
@@ -124,12 +124,12 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             shape,
             model,
             tool,
-            touching: Touching::default(),
+            surface_contact: SurfaceContact::default(),
             nodal_contact: NodalContact::default(),
             wants_friction_heat: false,
             body_force: None,
             options,
-            strays: StrayVelocities::default(),
+            null_space_filter: NullSpaceFilter::default(),
             locking_control,
             conduction: None,
             tool_body: None,
@@ -205,7 +205,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             let mut sorted = [const { None }; MOST_CHUNKS];
             sorted.iter_mut().zip(triples).for_each(|(place, triple)| *place = Some(triple));
             // The longest first; the order changes no result.
-            sorted.sort_unstable_by_key(|triple| Reverse(triple.as_ref().map(|(chunk, ..)| chunk.effort)));
+            sorted.sort_unstable_by_key(|triple| Reverse(triple.as_ref().map(|(chunk, ..)| chunk.cost)));
             take_turns(sorted.into_iter().flatten(), |(chunk, nodes, out)| work(chunk, nodes, out, &common));
         } else {
             triples.for_each(|(chunk, nodes, out)| work(chunk, nodes, out, &common));
@@ -219,7 +219,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
 
     /// Contact and momentum equation on the nodes for a substep of `dt` (s), or of as many halves of it as keep the
     /// points' motion within bounds; gives the length kept.
-    fn solve_nodes(&mut self, mut dt: f64, parallel: bool) -> Result<f64, Error> {
+    fn update_grid(&mut self, mut dt: f64, parallel: bool) -> Result<f64, Error> {
         for retry in 0.. {
             self.move_nodes(dt, parallel);
             let bounds =
@@ -251,7 +251,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
     }
 
     /// Adds the chunks' sums to the totals, in the order of the chunks.
-    fn collect(&mut self, dt: f64) -> Result<(), Error> {
+    fn accumulate_sums(&mut self, dt: f64) -> Result<(), Error> {
         let contact = self.touched().sums;
         let (mut travel, mut volume_ratio) = (0.0_f64, 0.0_f64);
         let friction_before = self.progress.ledger.friction_work;
@@ -281,15 +281,15 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         let way = dt * x.hypot(y);
         if touches {
             progress.cut_length += way;
-            progress.way_since_touch = 0.0;
+            progress.distance_since_contact = 0.0;
         } else {
-            progress.way_since_touch += way;
+            progress.distance_since_contact += way;
         }
         progress.fastest = travel * cell / dt;
         progress.volume_ratio = volume_ratio;
         progress.travel += travel;
         let moved = std::f64::consts::SQRT_2 * travel + way / cell;
-        self.touching.note_motion(moved);
+        self.surface_contact.note_motion(moved);
         self.nodal_contact.note_motion(moved);
         progress.travel_unseen += travel;
         progress.travel_uncontrolled += travel;
@@ -325,16 +325,16 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         }
         self.partition.sort(retire, parallel);
         self.progress.travel = 0.0;
-        self.touching.note_sort();
+        self.surface_contact.note_sort();
         self.nodal_contact.note_sort();
-        self.strays.make_room(self.partition.layout.nodes());
+        self.null_space_filter.make_room(self.partition.layout.nodes());
         self.deposit(parallel);
     }
 
     /// By how much (m/s) a point's velocity may differ from its nodes' at the end of this substep, if it is time to look: each
-    /// time the points have moved by the interval of `strays`. With scaled mass it is the bound of
+    /// time the points have moved by the interval of `stabilization::null_space_filter`. With scaled mass it is the bound of
     /// the true density: σ_y/(ρ c) goes with the inverse root of ρ.
-    fn stray_bound(&mut self) -> Option<f64> {
+    fn outlier_bound(&mut self) -> Option<f64> {
         if self.progress.travel_unseen <= null_space_filter::INTERVAL {
             return None;
         }
@@ -343,10 +343,11 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
     }
 
     /// Brings velocities back that the grid cannot see; returns whether there are so many that the run may have gone wrong.
-    fn bring_back_strays(&mut self, parallel: bool) -> bool {
+    fn filter_null_space(&mut self, parallel: bool) -> bool {
         let density = self.model.density();
-        let (count, taken) = self.strays.bring_back(&mut self.partition, &self.shape, density, parallel);
-        self.progress.stray_velocities += count;
+        let (count, taken) =
+            self.null_space_filter.restore_outliers(&mut self.partition, &self.shape, density, parallel);
+        self.progress.null_space_velocities += count;
         self.progress.ledger.damping += taken;
         count > 0 && count as f64 > null_space_filter::SUSPICIOUS * self.points() as f64
     }
@@ -366,22 +367,22 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
 impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Solver
     for Simulation<R, D, F, M>
 {
-    fn step(&mut self, drive: &Drive, parallel: bool) -> Result<(), Error> {
+    fn step(&mut self, drive: &ToolMotion, parallel: bool) -> Result<(), Error> {
         self.tool.velocity = drive.velocity;
         self.tool.friction = drive.friction;
-        let dt = self.solve_nodes(self.time_step(drive), parallel)?;
-        let bound = self.stray_bound();
+        let dt = self.update_grid(self.time_step(drive), parallel)?;
+        let bound = self.outlier_bound();
         self.for_each_chunk(dt, parallel, |chunk, nodes, outgoing, common| {
-            chunk.move_points(nodes, outgoing, common, bound)
+            chunk.update_particles(nodes, outgoing, common, bound)
         });
         self.partition.exchange_deposits();
-        self.collect(dt)?;
+        self.accumulate_sums(dt)?;
         self.tool.advance(dt);
         self.progress.tool_position = self.tool.position;
         self.progress.clock += dt;
         self.progress.last_step = dt;
         self.progress.substeps += 1;
-        let is_suspicious = self.bring_back_strays(parallel);
+        let is_suspicious = self.filter_null_space(parallel);
         if self.progress.travel > SORT_TRAVEL {
             self.sort(parallel);
         }
@@ -391,7 +392,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
     }
 
     /// Courant number times cell over wave speed plus speed of points and tool.
-    fn time_step(&self, drive: &Drive) -> f64 {
+    fn time_step(&self, drive: &ToolMotion) -> f64 {
         let [x, y] = drive.velocity;
         let fastest = self.progress.fastest.max(x.hypot(y));
         let speed = self.model.signal_speed(self.progress.volume_ratio, fastest) + fastest;
@@ -406,8 +407,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
         &self.tool
     }
 
-    fn effort(&self) -> (usize, u32) {
-        if self.acts_on_nodes() { (self.nodal_contact.count(), 0) } else { self.touching.effort() }
+    fn cost(&self) -> (usize, u32) {
+        if self.acts_on_nodes() { (self.nodal_contact.count(), 0) } else { self.surface_contact.cost() }
     }
 
     fn points(&self) -> usize {
@@ -452,19 +453,19 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
         }
     }
 
-    fn bulk(&self) -> Bulk {
-        let mut bulk = self.partition.bulk();
-        self.touching.save(&mut bulk);
+    fn state_bytes(&self) -> StateBytes {
+        let mut bulk = self.partition.state_bytes();
+        self.surface_contact.save(&mut bulk);
         bulk
     }
 
-    fn restore(&mut self, bulk: &Bulk, progress: &Progress) -> Result<(), Error> {
+    fn restore(&mut self, bulk: &StateBytes, progress: &Progress) -> Result<(), Error> {
         if let (Some(window), Some(edges)) = (&self.options.window, &progress.window) {
             window.hold(&mut self.partition, edges);
         }
         let mut reader = bulk.reader();
         self.partition.restore(&mut reader)?;
-        self.touching.restore(&mut reader)?;
+        self.surface_contact.restore(&mut reader)?;
         self.nodal_contact.note_sort();
         reader.finish()?;
         if progress.heat.tool.len() != self.progress.heat.tool.len() {

@@ -17,9 +17,9 @@ pub struct Options {
     pub contact: Contact,
     /// How deep the plane is that points' volumes are for (m); says nothing in space.
     pub depth: f64,
-    /// Whether the material's shear strength caps friction (`sticking`).
+    /// Whether the material's shear strength caps friction (`contact::sticking`).
     pub sticking: bool,
-    /// Whether deviations of volume ratios are limited (`locking`).
+    /// Whether deviations of volume ratios are limited (`stabilization::volumetric_locking`).
     pub locking_control: bool,
     /// Mass scaling, if the scene names it.
     pub mass_scaling: Option<MassScaling>,

@@ -1,6 +1,6 @@
 //! A simulation as the rest of the program sees it, whatever its effects, dimension and precision are.
 
-use crate::checkpoint::Bulk;
+use crate::checkpoint::StateBytes;
 use crate::dimension::Dimension;
 use crate::energy::ledger::Ledger;
 use crate::error::Error;
@@ -9,7 +9,7 @@ use crate::heat::HeatTotals;
 use crate::material::PointReport;
 use crate::points::{Block, PointState};
 use crate::simd::Real;
-use crate::speedups::active_window::Edges;
+use crate::speedups::active_window::WindowBounds;
 use crate::speedups::rigid_chip::TailMotion;
 use crate::tool::RigidTool;
 use serde::{Deserialize, Serialize};
@@ -23,7 +23,7 @@ pub struct Progress {
     pub last_step: f64,
     /// Substeps since the start.
     pub substeps: u64,
-    /// Substeps since the start that were solved again at half their length (`guards`).
+    /// Substeps since the start that were solved again at half their length (`partition::step_bounds`).
     pub retries: u64,
     /// Position of the tool's lowest point (m).
     pub tool_position: [f64; 2],
@@ -35,8 +35,8 @@ pub struct Progress {
     pub travel: f64,
     /// Motion since stray velocities were last looked for (cells).
     pub travel_unseen: f64,
-    /// Velocities since the start that were out of their range (`strays`).
-    pub stray_velocities: u64,
+    /// Velocities since the start that were out of their range (`stabilization::null_space_filter`).
+    pub null_space_velocities: u64,
     /// Motion since the locking control last looked at the points (cells).
     pub travel_uncontrolled: f64,
     /// Distance the tool has moved while it touched the workpiece (m).
@@ -48,9 +48,9 @@ pub struct Progress {
     /// Whether the tool touched the workpiece in the last substep, and ever.
     pub touches: [bool; 2],
     /// Way of the tool since it last touched the workpiece (m).
-    pub way_since_touch: f64,
+    pub distance_since_contact: f64,
     /// Where the active window stands, if there is one.
-    pub window: Option<Edges>,
+    pub window: Option<WindowBounds>,
     /// How the chip's tail moves; at rest before there is one.
     pub tail: TailMotion,
     /// Factor on the mass (-).
@@ -63,7 +63,7 @@ pub struct Progress {
 
 /// The tool's motion and friction over the next substep.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drive {
+pub struct ToolMotion {
     /// Velocity of the tool (m/s).
     pub velocity: [f64; 2],
     /// Coulomb coefficient (-).
@@ -116,11 +116,11 @@ pub trait Solver: Send {
     /// One substep; `parallel` spreads it over the threads of the current pool without changing its result.
     ///
     /// # Errors
-    /// `Error::Unstable` when one of the `guards` sees that the run has gone wrong.
-    fn step(&mut self, drive: &Drive, parallel: bool) -> Result<(), Error>;
+    /// `Error::Unstable` when one of the `partition::step_bounds` sees that the run has gone wrong.
+    fn step(&mut self, drive: &ToolMotion, parallel: bool) -> Result<(), Error>;
 
     /// Length of the substep that `step` would take with this drive (s).
-    fn time_step(&self, drive: &Drive) -> f64;
+    fn time_step(&self, drive: &ToolMotion) -> f64;
 
     /// Shows every point to `visit`.
     fn visit_points(&self, visit: &mut dyn FnMut(&PointView));
@@ -133,19 +133,19 @@ pub trait Solver: Send {
 
     /// Points (or nodes, under a law that acts on them) that touched the tool in the last substep, and sweeps that their
     /// contact took.
-    fn effort(&self) -> (usize, u32);
+    fn cost(&self) -> (usize, u32);
 
     /// Lets the mass follow the tool's speed (m/s) before a substep, where the scene scales it.
     fn scale_mass(&mut self, speed: f64);
 
     /// The points and deposits as numbers.
-    fn bulk(&self) -> Bulk;
+    fn state_bytes(&self) -> StateBytes;
 
-    /// Takes the state that `bulk` and `progress` gave.
+    /// Takes the state that `state_bytes` and `progress` gave.
     ///
     /// # Errors
     /// `Error::DamagedState` when it does not fit; the solver is then spoiled.
-    fn restore(&mut self, bulk: &Bulk, progress: &Progress) -> Result<(), Error>;
+    fn restore(&mut self, bulk: &StateBytes, progress: &Progress) -> Result<(), Error>;
 
     /// A second, independent solver in the same state.
     fn fork(&self) -> Box<dyn Solver>;

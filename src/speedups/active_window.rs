@@ -15,14 +15,14 @@
 //! those that it has reached join in. Nodes that both kinds touch are held, like those of a wall.
 //!
 //! What is lost are the elastic give of the frozen material and waves through it; what the window costs in accuracy is
-//! measured in the README. Points above the workpiece's first surface are chip, and `chip_tail` looks after those.
+//! measured in the README. Points above the workpiece's first surface are chip, and `speedups::rigid_chip` looks after those.
 //!
 //! Form of the effect: an optional pass when points are sorted; without it nothing is kept or done.
 
 use crate::dimension::Dimension;
 use crate::grid::{FixedNodes, Layout};
 use crate::partition::Partition;
-use crate::points::inactive::Heap;
+use crate::points::inactive::InactivePoints;
 use crate::points::{BLOCK, Block, PointState};
 use crate::scene::Scene;
 use crate::simd::Real;
@@ -66,7 +66,7 @@ pub struct ActiveWindow {
 
 /// Where the window stands, in nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Edges {
+pub struct WindowBounds {
     /// Points at nodes left of this one are frozen, up to `top`.
     left: i32,
     /// Points at nodes right of this one are frozen, up to `floor`.
@@ -79,7 +79,7 @@ pub struct Edges {
     floor: i32,
 }
 
-impl Edges {
+impl WindowBounds {
     /// Whether a point at a node is integrated.
     fn hold<D: Dimension>(&self, node: &D::Vector<i32>) -> bool {
         let (x, y) = (node[0], node[1]);
@@ -108,13 +108,13 @@ impl Edges {
 
 impl ActiveWindow {
     /// Where the window stands around a tool.
-    pub fn edges(&self, tool: &RigidTool, layout: &Layout) -> Edges {
+    pub fn edges(&self, tool: &RigidTool, layout: &Layout) -> WindowBounds {
         let [x, y] = tool.position;
         let feed = (self.height - y).max(0.0);
         let reach = |feeds: f64| (feeds * feed / layout.cell).max(SMALLEST);
         let node = |axis: usize, position: f64| (position - layout.origin[axis]) / layout.cell;
         let (beside, ahead) = (reach(self.ahead * BESIDE), reach(self.ahead));
-        Edges {
+        WindowBounds {
             left: (node(0, x) - ahead).floor() as i32,
             right: (node(0, x) + beside).ceil() as i32,
             low: (node(1, y) - beside).floor() as i32,
@@ -127,11 +127,11 @@ impl ActiveWindow {
     pub fn freeze_and_thaw<R: Real, D: Dimension, S: PointState<R>>(
         &self,
         partition: &mut Partition<R, D, S>,
-        edges: &Edges,
+        edges: &WindowBounds,
     ) {
         let node = |block: &Block<R, D, S>, lane: usize| D::vector(|axis| block.node[axis][lane]);
-        let mut thawed = Heap::default();
-        let mut frozen = Heap::of(std::mem::take(&mut partition.frozen));
+        let mut thawed = InactivePoints::default();
+        let mut frozen = InactivePoints::of(std::mem::take(&mut partition.frozen));
         let mut k = 0;
         while k < frozen.count {
             let (block, lane) = (&frozen.blocks[k / BLOCK], k % BLOCK);
@@ -158,7 +158,7 @@ impl ActiveWindow {
     }
 
     /// Holds the nodes at the window's edges.
-    pub fn hold<R: Real, D: Dimension, S>(&self, partition: &mut Partition<R, D, S>, edges: &Edges) {
+    pub fn hold<R: Real, D: Dimension, S>(&self, partition: &mut Partition<R, D, S>, edges: &WindowBounds) {
         partition.fixed.clone_from(&self.walls);
         partition.fixed.extend(edges.fixed());
     }

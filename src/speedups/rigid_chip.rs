@@ -24,7 +24,7 @@
 use crate::dimension::Dimension;
 use crate::grid::Layout;
 use crate::partition::Partition;
-use crate::points::inactive::Heap;
+use crate::points::inactive::InactivePoints;
 use crate::points::{BLOCK, Block, PointState};
 use crate::scene::Scene;
 use crate::simd::Real;
@@ -152,7 +152,7 @@ impl ChipTail {
     ) -> TailMotion {
         let Partition { layout, chunks, tail, .. } = partition;
         let top = self.top(tool, layout.cell);
-        let mut heap = Heap::of(std::mem::take(tail));
+        let mut heap = InactivePoints::of(std::mem::take(tail));
         let mut k = 0;
         while k < heap.count {
             let (block, lane) = (&mut heap.blocks[k / BLOCK], k % BLOCK);

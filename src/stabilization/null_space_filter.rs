@@ -1,4 +1,4 @@
-//! Stray velocities: no point keeps a velocity that is foreign to all nodes around it.
+//! Null-space filter: no point keeps a velocity that is foreign to all nodes around it, an outlier.
 //!
 //! FLIP adds the grid's increments to the points' velocities and never compares the two again. What points hold and no node
 //! feels moves nothing at first; but points carry it on, to places where nodes do feel it. At a tool's face a few points
@@ -29,7 +29,7 @@ use crate::grid::shape_function::ShapeFunction;
 use crate::grid::{self, Layout};
 use crate::partition::Partition;
 use crate::partition::chunk::Chunk;
-use crate::partition::velocity_outliers::Stray;
+use crate::partition::velocity_outliers::Outlier;
 use crate::points::{BLOCK, Column, Places, PointState};
 use crate::simd::Real;
 use crate::transfer::NodeRun;
@@ -40,34 +40,34 @@ use crate::transfer::stencils::{PointWeights, StencilNodes, for_each_node, stenc
 /// With 0.1, a few points reached 180 m/s before they were looked at (edges of 40 and 50 µm), with 0.03 none did.
 pub const INTERVAL: f64 = 0.03;
 
-/// Share of all points from which on strays are a reason to look at the energy of the run (-): in a run that blows up the limit would
+/// Share of all points from which on outliers are a reason to look at the energy of the run (-): in a run that blows up the limit would
 /// hide from the other guards how fast points are (test `random_scenes`, its first regression).
 pub const SUSPICIOUS: f64 = 0.05;
 
-/// Nodes around strays that are found without asking for memory.
+/// Nodes around outliers that are found without asking for memory.
 const USUAL_SHARES: usize = 2048;
 
 /// Working memory of the pass; none of it is state.
 #[derive(Clone, Debug)]
-pub struct StrayVelocities {
+pub struct NullSpaceFilter {
     /// By node of the layout: its place in `shares` and one, or 0.
     places: Vec<u32>,
-    /// Nodes around strays.
+    /// Nodes around outliers.
     shares: Vec<Share>,
-    /// Lowest and highest nearest node of any stray, along each axis: points more than two nodes beyond share none with it.
+    /// Lowest and highest nearest node of any outlier, along each axis: points more than two nodes beyond share none with it.
     range: [[i32; 3]; 2],
 }
 
-/// The range of no stray at all.
+/// The range of no outlier at all.
 const NOWHERE: [[i32; 3]; 2] = [[i32::MAX; 3], [i32::MIN; 3]];
 
-impl Default for StrayVelocities {
+impl Default for NullSpaceFilter {
     fn default() -> Self {
-        StrayVelocities { places: Vec::new(), shares: Vec::with_capacity(USUAL_SHARES), range: NOWHERE }
+        NullSpaceFilter { places: Vec::new(), shares: Vec::with_capacity(USUAL_SHARES), range: NOWHERE }
     }
 }
 
-/// What strays give to a node.
+/// What outliers give to a node.
 #[derive(Clone, Copy, Debug)]
 struct Share {
     node: usize,
@@ -77,17 +77,17 @@ struct Share {
     momentum: [f64; 3],
 }
 
-impl StrayVelocities {
+impl NullSpaceFilter {
     /// Makes room for so many nodes in the layout.
     pub fn make_room(&mut self, nodes: usize) {
         self.places.resize(nodes.max(self.places.len()), 0);
     }
 
-    /// Brings the strays that chunks have found back, and passes on what they had; gives their number and the kinetic
+    /// Brings the outliers that chunks have found back, and passes on what they had; gives their number and the kinetic
     /// energy that this took (J). With `parallel` on the threads of the current pool, with the same result.
     ///
     /// The deposits in `partition.incoming` must be those of the points as they are, and follow.
-    pub fn bring_back<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>>(
+    pub fn restore_outliers<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>>(
         &mut self,
         partition: &mut Partition<R, D, S>,
         shape: &F,
@@ -95,28 +95,29 @@ impl StrayVelocities {
         parallel: bool,
     ) -> (u64, f64) {
         let Partition { layout, chunks, incoming, .. } = &*partition;
-        let count = chunks.iter().map(|chunk| chunk.strays.len() as u64).sum();
+        let count = chunks.iter().map(|chunk| chunk.outliers.len() as u64).sum();
         if count == 0 {
             return (0, 0.0);
         }
         self.make_room(layout.nodes());
         self.range = NOWHERE;
         for chunk in chunks.iter() {
-            for stray in &chunk.strays {
-                let points = chunk.blocks[stray.block].places();
-                self.collect(layout, (&points, shape), stray, density, incoming);
+            for outlier in &chunk.outliers {
+                let points = chunk.blocks[outlier.block].places();
+                self.collect(layout, (&points, shape), outlier, density, incoming);
             }
         }
         for share in &mut self.shares {
             share.momentum = share.momentum.map(|momentum| momentum / share.mass);
         }
         let taken =
-            partition.sum_over_chunks(parallel, |layout, _, Chunk { blocks, strays, .. }, deposits| {
-                let mut strays = strays.iter().peekable();
+            partition.sum_over_chunks(parallel, |layout, _, Chunk { blocks, outliers, .. }, deposits| {
+                let mut outliers = outliers.iter().peekable();
                 let near = blocks.iter_mut().enumerate();
                 near.filter(|(_, block)| self.reaches_block(&block.node.as_ref()[0]))
                     .map(|(b, block)| {
-                        let own = std::iter::from_fn(|| strays.next_if(|stray| stray.block == b).copied());
+                        let own =
+                            std::iter::from_fn(|| outliers.next_if(|outlier| outlier.block == b).copied());
                         let (node, offset, volume) = (&block.node, &block.offset, &block.volume);
                         let points = Places::<R, D> { node, offset, volume };
                         self.give(layout, (&points, &mut block.velocity), shape, own, density, deposits)
@@ -129,14 +130,14 @@ impl StrayVelocities {
         (count, taken)
     }
 
-    /// Whether a point of a block may share nodes with a stray: its points were sorted along the first axis, and have moved by
+    /// Whether a point of a block may share nodes with a outlier: its points were sorted along the first axis, and have moved by
     /// less than a cell since.
     fn reaches_block(&self, along_first: &Column<i32>) -> bool {
         let [low, high] = &self.range;
         along_first[BLOCK - 1] + 4 >= low[0] && along_first[0] - 4 <= high[0]
     }
 
-    /// Whether any of the nodes around points at a node is shared with a stray; gives them if so.
+    /// Whether any of the nodes around points at a node is shared with a outlier; gives them if so.
     fn shares<D: Dimension>(&self, layout: &Layout, node: &D::Vector<i32>, nodes: &mut StencilNodes) -> bool {
         let [low, high] = &self.range;
         let mut axes = node.as_ref().iter().zip(low.iter().zip(high));
@@ -147,22 +148,22 @@ impl StrayVelocities {
         nodes[..3 * D::PENCILS].iter().any(|&node| self.places[node] != 0)
     }
 
-    /// Gives the excess of a stray to the nodes around it.
+    /// Gives the excess of a outlier to the nodes around it.
     fn collect<R: Real, D: Dimension, F: ShapeFunction<R>>(
         &mut self,
         layout: &Layout,
         (points, shape): (&Places<'_, R, D>, &F),
-        stray: &Stray,
+        outlier: &Outlier,
         density: f64,
         deposits: &[NodeRun<R>],
     ) {
-        let mass = density * points.volume[stray.lane].to_f64();
-        let weights = PointWeights::of(points, stray.lane, shape);
-        for (axis, &node) in points.node_of(stray.lane).as_ref().iter().enumerate() {
+        let mass = density * points.volume[outlier.lane].to_f64();
+        let weights = PointWeights::of(points, outlier.lane, shape);
+        for (axis, &node) in points.node_of(outlier.lane).as_ref().iter().enumerate() {
             self.range[0][axis] = self.range[0][axis].min(node);
             self.range[1][axis] = self.range[1][axis].max(node);
         }
-        for_each_node::<D>(layout, &points.node_of(stray.lane), |node, places| {
+        for_each_node::<D>(layout, &points.node_of(outlier.lane), |node, places| {
             let weight = weights.weight::<D>(&places);
             // At the rim of its stencil a node may hold nothing at all.
             if weight <= 0.0 {
@@ -179,23 +180,23 @@ impl StrayVelocities {
             }
             let share = &mut self.shares[self.places[node] as usize - 1];
             for axis in 0..D::AXES {
-                share.momentum[axis] += weight * mass * stray.excess[axis];
+                share.momentum[axis] += weight * mass * outlier.excess[axis];
             }
         });
     }
 
-    /// Changes the velocities of a block's points by what its strays had too much of and the nodes around give; returns
+    /// Changes the velocities of a block's points by what its outliers had too much of and the nodes around give; returns
     /// the kinetic energy (J) taken.
     fn give<R: Real, D: Dimension, F: ShapeFunction<R>>(
         &self,
         layout: &Layout,
         (points, velocity): (&Places<'_, R, D>, &mut D::Vector<Column<R>>),
         shape: &F,
-        strays: impl Iterator<Item = Stray>,
+        outliers: impl Iterator<Item = Outlier>,
         density: f64,
         deposits: &mut NodeRun<R>,
     ) -> f64 {
-        let mut strays = strays.peekable();
+        let mut outliers = outliers.peekable();
         let mut taken = 0.0;
         let mut weights = [0.0; 27];
         // Sorted points share their stencil with their neighbours.
@@ -211,8 +212,8 @@ impl StrayVelocities {
             PointWeights::of(points, lane, shape).products::<D>(&mut weights);
             let around = || nodes.iter().zip(&weights).take(3 * D::PENCILS);
             let mut change = D::vector(|_| 0.0);
-            if let Some(stray) = strays.next_if(|stray| stray.lane == lane) {
-                (0..D::AXES).for_each(|axis| change[axis] -= stray.excess[axis]);
+            if let Some(outlier) = outliers.next_if(|outlier| outlier.lane == lane) {
+                (0..D::AXES).for_each(|axis| change[axis] -= outlier.excess[axis]);
             }
             for (&node, weight) in around() {
                 if let Some(share) = (self.places[node] as usize).checked_sub(1) {

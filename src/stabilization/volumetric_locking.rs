@@ -43,9 +43,9 @@ const PUNCH: f64 = 2.968_408_5;
 /// The pass and its working memory, none of which is state.
 #[derive(Clone, Debug, Default)]
 pub struct LockingControl {
-    /// By node of the layout: its place in `wanted` and one where a suspect looks, or 0.
+    /// By node of the layout: its place in `wanted` and one where a candidate looks, or 0.
     places: Vec<u32>,
-    /// Nodes where a suspect looks.
+    /// Nodes where a candidate looks.
     wanted: Vec<usize>,
     /// Their average volume strains (-).
     averages: Vec<f64>,
@@ -57,7 +57,7 @@ pub struct LockingControl {
 #[derive(Clone, Debug, Default)]
 struct InChunk {
     /// Points strained by half the threshold: block and lane.
-    suspects: Vec<(usize, usize)>,
+    candidates: Vec<(usize, usize)>,
     /// By place in `wanted`: Σ w V (J − 1) and Σ w V over its points.
     sums: Vec<[f64; 2]>,
 }
@@ -81,7 +81,7 @@ impl LockingControl {
             known.find_suspects(&chunk.blocks, model, 0.5 * threshold);
         });
         let mut taken = 0.0;
-        if chunks.iter().any(|known| !known.suspects.is_empty()) {
+        if chunks.iter().any(|known| !known.candidates.is_empty()) {
             self.mark_nodes(partition, &chunks);
             let layout = &partition.layout;
             for_each(partition.chunks.iter().zip(&mut chunks), parallel, |(chunk, known)| {
@@ -94,8 +94,8 @@ impl LockingControl {
             });
             self.average(&chunks);
             taken = partition.sum_over_chunks(parallel, |layout, number, chunk, deposits| {
-                let suspects = &chunks[number].suspects;
-                self.correct(layout, chunk, deposits, suspects, (shape, model), threshold)
+                let candidates = &chunks[number].candidates;
+                self.correct(layout, chunk, deposits, candidates, (shape, model), threshold)
             });
             for &node in &self.wanted {
                 self.places[node] = 0;
@@ -105,7 +105,7 @@ impl LockingControl {
         taken
     }
 
-    /// Marks the nodes that suspects touch.
+    /// Marks the nodes that candidates touch.
     fn mark_nodes<R: Real, D: Dimension, S: PointState<R>>(
         &mut self,
         partition: &Partition<R, D, S>,
@@ -117,7 +117,7 @@ impl LockingControl {
         }
         self.wanted.clear();
         for (chunk, known) in partition.chunks.iter().zip(chunks) {
-            for &(b, lane) in &known.suspects {
+            for &(b, lane) in &known.candidates {
                 let node = node_of(&chunk.blocks[b], lane);
                 for_each_node::<D>(&partition.layout, &node, |index, _| {
                     if self.places[index] == 0 {
@@ -142,19 +142,19 @@ impl LockingControl {
         }));
     }
 
-    /// Brings suspects of a chunk that deviate by more than the threshold back to it.
+    /// Brings candidates of a chunk that deviate by more than the threshold back to it.
     fn correct<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>>(
         &self,
         layout: &Layout,
         chunk: &mut Chunk<R, D, M::State>,
         deposits: &mut NodeRun<R>,
-        suspects: &[(usize, usize)],
+        candidates: &[(usize, usize)],
         (shape, model): (&F, &M),
         threshold: f64,
     ) -> f64 {
         let mut taken = 0.0;
         let mut stencils: Option<(usize, Stencils<R>)> = None;
-        for &(b, lane) in suspects {
+        for &(b, lane) in candidates {
             let block = &mut chunk.blocks[b];
             if stencils.as_ref().is_none_or(|(place, _)| *place != b) {
                 stencils = Some((b, Stencils::of(&block.places(), shape)));
@@ -178,7 +178,7 @@ impl LockingControl {
         taken
     }
 
-    /// Volume strain (-) that the nodes around a suspect have on average.
+    /// Volume strain (-) that the nodes around a candidate have on average.
     #[inline(never)]
     fn around<R: Real, D: Dimension>(
         &self,
@@ -205,11 +205,11 @@ impl InChunk {
         model: &M,
         strain: f64,
     ) {
-        self.suspects.clear();
+        self.candidates.clear();
         for (b, block) in blocks.iter().enumerate() {
             let is_strained = |lane| (model.volume_ratio(&block.state, lane) - 1.0).abs() > strain;
-            let suspects = (0..BLOCK).filter(|&lane| is_strained(lane) && block.is_point(lane));
-            self.suspects.extend(suspects.map(|lane| (b, lane)));
+            let candidates = (0..BLOCK).filter(|&lane| is_strained(lane) && block.is_point(lane));
+            self.candidates.extend(candidates.map(|lane| (b, lane)));
         }
     }
 

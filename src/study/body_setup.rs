@@ -6,24 +6,24 @@ use crate::grid::shape_function::ShapeFunction;
 use crate::grid::{FixedNodes, Layout};
 use crate::material::ConstitutiveModel;
 use crate::material::effects::{Adiabatic, Softening};
-use crate::material::j2_plasticity::JohnsonCook;
+use crate::material::j2_plasticity::J2Plasticity;
 use crate::material::rate::RateDependent;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block};
 use crate::scene::{Constants, Scene};
 use crate::simd::InstructionSet;
-use crate::simulation::{Drive, Options, PointView, Simulation, Solver};
+use crate::simulation::{Options, PointView, Simulation, Solver, ToolMotion};
 use crate::tool::RigidTool;
 use crate::tool::profile::ToolShape;
 
 /// The Johnson–Cook model with rate and adiabatic heat.
-pub type Steel = JohnsonCook<f64, RateDependent<f64>, Adiabatic<f64, true>>;
+pub type Steel = J2Plasticity<f64, RateDependent<f64>, Adiabatic<f64, true>>;
 
 /// Temperature at the start (K).
 pub const ROOM: f64 = 298.15;
 
 /// A tool at rest without friction.
-pub const NO_DRIVE: Drive = Drive { velocity: [0.0; 2], friction: 0.0 };
+pub const NO_DRIVE: ToolMotion = ToolMotion { velocity: [0.0; 2], friction: 0.0 };
 
 /// Constants of AISI 4340, the scene's default.
 pub fn steel_4340() -> Constants {
@@ -49,7 +49,7 @@ pub fn steel(c: &Constants) -> Steel {
         melting: c.melting_temperature,
     };
     let thermal = Adiabatic::new(c.taylor_quinney, c.density * c.specific_heat, ROOM, softening);
-    JohnsonCook::new(c, rate, thermal)
+    J2Plasticity::new(c, rate, thermal)
 }
 
 /// A point to be placed.
@@ -81,7 +81,7 @@ pub fn lattice(corner: [f64; 3], count: [usize; 3], spacing: f64, axes: usize) -
 
 /// The grid, its fixed nodes, and how time advances.
 #[derive(Clone, Debug)]
-pub struct Arena {
+pub struct BodySetup {
     /// Nodes of the domain along each axis (1 for a missing one).
     pub nodes: [i32; 3],
     /// Cell length (m).
@@ -98,14 +98,14 @@ pub struct Arena {
     pub locking_control: bool,
 }
 
-impl Arena {
+impl BodySetup {
     /// A domain from `low` to `high` (m) with six cells of rim to each side and nodes at whole multiples of `cell`
     /// from `low`.
     pub fn around(low: [f64; 2], high: [f64; 2], cell: f64) -> Self {
         const RIM: i32 = 6;
         let count = |axis: usize| ((high[axis] - low[axis]) / cell - 1e-9).ceil() as i32 + 1 + 2 * RIM;
         let origin = |axis: usize| low[axis] - f64::from(RIM) * cell;
-        Arena {
+        BodySetup {
             nodes: [count(0), count(1), 1],
             cell,
             origin: [origin(0), origin(1), 0.0],

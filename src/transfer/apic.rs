@@ -17,7 +17,7 @@
 //! Source: Jiang, Schroeder, Selle, Teran and Stomakhin (2015), doi:10.1145/2766996.
 
 use crate::dimension::{Dimension, PlaneStrain};
-use crate::material::{ConstitutiveModel, PointReport, Totals};
+use crate::material::{ConstitutiveModel, PointReport, StepSums};
 use crate::points::{BLOCK, Column, PointState};
 use crate::simd::{Real, Vector};
 
@@ -112,7 +112,7 @@ impl<R: Real, M: ConstitutiveModel<R, PlaneStrain>> ConstitutiveModel<R, PlaneSt
         h: &<PlaneStrain as Dimension>::Matrix<V>,
         dt: R,
         volume: V,
-        totals: &mut Totals<V>,
+        totals: &mut StepSums<V>,
     ) -> <PlaneStrain as Dimension>::Symmetric<V> {
         self.0.update(&mut state.model, lane, h, dt, volume, totals)
     }

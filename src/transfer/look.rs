@@ -1,4 +1,4 @@
-//! Points whose velocity differs from the one with which they move: suspects of the guard on stray velocities (`strays`).
+//! Points whose velocity differs from the one with which they move: candidates of the guard on outlier velocities (`outliers`).
 //!
 //! Here, because a pass over the points has both at hand and a pass of its own would have to gather the second anew.
 
@@ -9,7 +9,7 @@ use crate::simd::{Kernel, Mask, Real, Simd, Vector};
 
 /// A point to look at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Suspect {
+pub struct Candidate {
     /// Its block in the chunk.
     pub block: usize,
     /// Its place in the block.
@@ -17,19 +17,19 @@ pub struct Suspect {
 }
 
 /// A look at all points' velocities.
-pub struct Look<'a> {
-    /// Difference along an axis (m/s) that makes a suspect.
+pub struct OutlierScan<'a> {
+    /// Difference along an axis (m/s) that makes a candidate.
     pub bound: f64,
     /// Those found, in the points' order.
-    pub suspects: &'a mut Vec<Suspect>,
+    pub candidates: &'a mut Vec<Candidate>,
 }
 
-impl Look<'_> {
+impl OutlierScan<'_> {
     /// Notes the points of a block whose velocities are `apart` (m/s) by more than the bound.
     pub(super) fn note<R: Real>(&mut self, block: usize, apart: &Column<R>, volume: &Column<R>) {
         let bound = R::from_f64(self.bound);
         let lanes = (0..BLOCK).filter(|&lane| apart[lane] > bound && volume[lane] > R::ZERO);
-        self.suspects.extend(lanes.map(|lane| Suspect { block, lane }));
+        self.candidates.extend(lanes.map(|lane| Candidate { block, lane }));
     }
 }
 

@@ -23,12 +23,12 @@
 //! Stages 1 and 2 (`to_points`) and stage 4 (`to_grid`) know nothing of the material: each is a kernel of its own, called
 //! once for each block, and compiled once for all models.
 //!
-//! In substeps that look for stray velocities (`strays`), each block's are compared with those that its points have moved with,
+//! In substeps that look for outlier velocities (`outliers`), each block's are compared with those that its points have moved with,
 //! before stage 4 (`look`).
 //!
-//! Where increments are smoothed (`smoothing`), the masses that nodes share follow stage 4 (`to_shared`).
+//! Where increments are smoothed (`partition::smoothing`), the masses that nodes share follow stage 4 (`to_shared`).
 //!
-//! Where points carry an affine velocity field (`affine`), gradients and forces share their records with first moments (`moments`).
+//! Where points carry an affine velocity field (`transfer::apic`), gradients and forces share their records with first moments (`moments`).
 //!
 //! Equation numbers: Ambati et al. (2011). Stress is updated after the velocity ("stress last").
 
@@ -43,13 +43,13 @@ mod to_grid;
 mod to_points;
 mod to_shared;
 
-pub use look::{Look, Suspect};
+pub use look::{Candidate, OutlierScan};
 pub use nodes::{NodeRun, NodesPass, first_node};
 
 use crate::dimension::Dimension;
 use crate::grid::Layout;
 use crate::grid::shape_function::ShapeFunction;
-use crate::material::{ConstitutiveModel, Totals};
+use crate::material::{ConstitutiveModel, StepSums};
 use crate::points::{BLOCK, Block, Column, PointState};
 use crate::simd::pair::{Pair, load_transposed, store_transposed};
 use crate::simd::{Kernel, Mask, Real, Simd, Vector, each, inlined};
@@ -101,8 +101,8 @@ pub struct PointsPass<'a, R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>> 
     pub model: &'a M,
     /// Substep (s).
     pub dt: f64,
-    /// Look at the points' velocities, if one is due.
-    pub look: Option<Look<'a>>,
+    /// OutlierScan at the points' velocities, if one is due.
+    pub look: Option<OutlierScan<'a>>,
 }
 
 /// The points that stage 3 updates at once.
@@ -146,9 +146,9 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
             let scratch = &mut scratch;
             let to_points = ToPoints::<R, D, F> { shape, nodes, layout, node, offset, scratch };
             if M::State::IS_AFFINE {
-                S::apart(Affine(to_points))
+                S::outlined(Affine(to_points))
             } else {
-                S::apart(to_points)
+                S::outlined(to_points)
             }
             for part in 0..parts {
                 let lane = part * Pairs::<S>::LANES;
@@ -161,8 +161,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
             let Block { node, offset, velocity, volume, .. } = &*block;
             if let Some(look) = &mut look {
                 let (bound, values) = (R::from_f64(look.bound), &scratch.values[0]);
-                if let Some(apart) = S::apart(Differences::<R, D> { values, velocity, bound }) {
-                    look.note(b, &apart, volume);
+                if let Some(difference) = S::outlined(Differences::<R, D> { values, velocity, bound }) {
+                    look.note(b, &difference, volume);
                 }
             }
             let density = rates.density;
@@ -178,12 +178,12 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
                 deposit,
             };
             if M::State::IS_AFFINE {
-                S::apart(Affine(to_grid))
+                S::outlined(Affine(to_grid))
             } else {
-                S::apart(to_grid)
+                S::outlined(to_grid)
             }
             if D::AXES == 2 && layout.shares_masses {
-                S::apart(ToShared::<R, D, F> {
+                S::outlined(ToShared::<R, D, F> {
                     shape,
                     layout,
                     density,
@@ -210,7 +210,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
 
 /// `PassSums` while they are still side by side.
 struct LaneSums<V> {
-    model: Totals<V>,
+    model: StepSums<V>,
     increment_energy: V,
     stress_lag: V,
     travel: V,
@@ -220,7 +220,7 @@ impl<V: Vector> LaneSums<V> {
     #[inline(always)]
     fn zero() -> Self {
         let zero = V::constant(0.0);
-        LaneSums { model: Totals::zero(), increment_energy: zero, stress_lag: zero, travel: zero }
+        LaneSums { model: StepSums::zero(), increment_energy: zero, stress_lag: zero, travel: zero }
     }
 }
 

@@ -1,4 +1,4 @@
-//! What an affine velocity field (`affine`) adds to a pass: first moments of the velocity, in the plane.
+//! What an affine velocity field (`transfer::apic`) adds to a pass: first moments of the velocity, in the plane.
 //!
 //! Moments about a point follow from those about its nearest node, and go back the same way; with k = −1, 0, 1 along an axis
 //!

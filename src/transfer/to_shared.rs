@@ -1,4 +1,4 @@
-//! The masses that neighbouring nodes share, for smoothed increments (`smoothing`), in the plane.
+//! The masses that neighbouring nodes share, for smoothed increments (`partition::smoothing`), in the plane.
 //!
 //! m_ij = Σ_p m_p w_ip w_jp of nodes i and j a cell apart along x, along y or along both. A point's weights are products,
 //! w = a_k b_l with node k along x and l along y, and so are its shares in these masses:

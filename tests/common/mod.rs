@@ -8,19 +8,19 @@ use swarf::dimension::Dimension;
 use swarf::grid::shape_function::ShapeFunction;
 use swarf::grid::{FixedNodes, Layout};
 use swarf::material::effects::{Adiabatic, Softening, Temperature};
-use swarf::material::j2_plasticity::{JohnsonCook, State};
+use swarf::material::j2_plasticity::{J2Plasticity, State};
 use swarf::material::rate::RateDependent;
-use swarf::material::{ConstitutiveModel, Totals};
+use swarf::material::{ConstitutiveModel, StepSums};
 use swarf::partition::Partition;
 use swarf::points::{BLOCK, Block};
 use swarf::scene::{Constants, Scene};
 use swarf::simd::{InstructionSet, Kernel, Real, Simd, Vector, dispatch};
-use swarf::simulation::{Drive, Options, PointView, Simulation, Solver};
+use swarf::simulation::{Options, PointView, Simulation, Solver, ToolMotion};
 use swarf::tool::RigidTool;
 use swarf::tool::profile::ToolShape;
 
 /// The full Johnson–Cook model with rate and adiabatic heat.
-pub type SteelIn<R> = JohnsonCook<R, RateDependent<R>, Adiabatic<R, true>>;
+pub type SteelIn<R> = J2Plasticity<R, RateDependent<R>, Adiabatic<R, true>>;
 /// Its state.
 pub type StateIn<R, D> = State<R, D, Temperature<R>>;
 /// A block of it.
@@ -33,7 +33,7 @@ pub type SteelBlock<D, F> = BlockIn<f64, D, F>;
 /// Temperature at the start (K).
 pub const ROOM: f64 = 298.15;
 /// A tool at rest.
-pub const NO_DRIVE: Drive = Drive { velocity: [0.0; 2], friction: 0.0 };
+pub const NO_DRIVE: ToolMotion = ToolMotion { velocity: [0.0; 2], friction: 0.0 };
 
 /// Constants of AISI 4340, the scene's default.
 pub fn steel_4340() -> Constants {
@@ -57,7 +57,7 @@ pub fn steel<R: Real>(c: &Constants) -> SteelIn<R> {
         melting: c.melting_temperature,
     };
     let thermal = Adiabatic::new(c.taylor_quinney, c.density * c.specific_heat, ROOM, softening);
-    JohnsonCook::new(c, rate, thermal)
+    J2Plasticity::new(c, rate, thermal)
 }
 
 /// Numbers that look random and are the same in every run (Steele, Lea and Flood's SplitMix64).
@@ -107,7 +107,7 @@ impl<D: Dimension, M: ConstitutiveModel<f64, D>> Kernel<f64> for PointUpdate<'_,
                     std::array::from_fn(|k| self.h.get(lane + k).map_or(0.0, |h| h[i][j]));
                 S::Lanes::load(&entries)
             });
-            let mut totals = Totals::zero();
+            let mut totals = StepSums::zero();
             let volume = S::Lanes::load(&first[lane..]);
             self.model.update(self.state, lane, &h, self.dt, volume, &mut totals);
             work += totals.plastic_work.sum();

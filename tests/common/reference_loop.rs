@@ -7,7 +7,7 @@
 
 use crate::common::{Lattice, ROOM};
 use swarf::scene::Constants;
-use swarf::simulation::Drive;
+use swarf::simulation::ToolMotion;
 use swarf::tool::RigidTool;
 
 /// Material points, one array per quantity.
@@ -181,7 +181,7 @@ impl ReferenceLoop {
     }
 
     /// One substep.
-    pub fn step(&mut self, drive: &Drive) {
+    pub fn step(&mut self, drive: &ToolMotion) {
         self.tool.velocity = drive.velocity;
         self.tool.friction = drive.friction;
         let dt = self.time_step();
@@ -207,7 +207,7 @@ impl ReferenceLoop {
         self.courant * self.cell / (wave + self.fastest.max(tool))
     }
 
-    /// Bulk and shear modulus (Pa).
+    /// StateBytes and shear modulus (Pa).
     fn moduli(&self) -> (f64, f64) {
         let (e, nu) = (self.material.youngs_modulus, self.material.poissons_ratio);
         (e / (3.0 * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)))

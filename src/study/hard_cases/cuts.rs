@@ -1,6 +1,6 @@
 //! Cuts: the paper's own, from walking pace to 500 m/s, from no friction to sticking, from half a cell to the whole block.
 
-use super::watched::{Watched, cell, cut, cut_all, soundness};
+use super::monitor::{Watched, cell, cut, cut_all, soundness};
 use super::{Figure, Setting, Sheet};
 use crate::scene::{Inputs, Scene};
 

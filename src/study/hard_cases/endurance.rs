@@ -3,7 +3,7 @@
 //! Inputs are a function of the step's number alone, so another process can go on from any of them.
 
 use super::child;
-use super::watched::{NO_SLOPE, not_finite, outputs_not_finite};
+use super::monitor::{NO_SLOPE, not_finite, outputs_not_finite};
 use super::{Setting, Sheet};
 use crate::Error;
 use crate::scene::{Accuracy, Inputs, Scene};

@@ -1,17 +1,17 @@
 //! The tool where a cut begins and ends: through the workpiece's end, inside material at the start, never touching it.
 //!
-//! The workpiece's left side is held (`composition`): a tool that goes on presses what is left against that wall, and no
+//! The workpiece's left side is held (`setup`): a tool that goes on presses what is left against that wall, and no
 //! run of a chip between two rigid walls can end well. It must end in an error that says so, or with a closed ledger.
 
 use super::Setting;
+use super::monitor::{NO_SLOPE, Watched, cut, soundness};
 use super::sheet::Sheet;
-use super::watched::{NO_SLOPE, Watched, cut, soundness};
 use crate::dimension::PlaneStrain;
 use crate::grid::shape_function::Gimp;
 use crate::scene::Inputs;
 use crate::simulation::Solver;
 use crate::study::body_setup::{
-    Arena, NO_DRIVE, elastic, kinetic, lattice, points, steel, steel_4340, total, upright_block,
+    BodySetup, NO_DRIVE, elastic, kinetic, lattice, points, steel, steel_4340, total, upright_block,
 };
 use crate::tool::RigidTool;
 
@@ -65,7 +65,7 @@ fn inside_at_the_start(sheet: &mut Sheet, depth: f64) {
     const CELL: f64 = 2e-5;
     let size = [16.0 * CELL, 12.0 * CELL];
     let arena =
-        Arena::around([-10.0 * CELL, -10.0 * CELL], [size[0] + 10.0 * CELL, size[1] + 10.0 * CELL], CELL);
+        BodySetup::around([-10.0 * CELL, -10.0 * CELL], [size[0] + 10.0 * CELL, size[1] + 10.0 * CELL], CELL);
     let tool = RigidTool {
         shape: upright_block(10.0 * CELL, 40.0 * CELL),
         position: [size[0] - depth * CELL, -14.0 * CELL],

@@ -5,7 +5,7 @@
 
 use super::child;
 use super::endurance::random;
-use super::watched::cut;
+use super::monitor::cut;
 use super::{Setting, Sheet};
 use crate::Error;
 use crate::output::vtk;

@@ -10,7 +10,7 @@ use crate::grid::shape_function::Gimp;
 use crate::scene::Constants;
 use crate::setup::courant_limit;
 use crate::simulation::Solver;
-use crate::study::body_setup::{Arena, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, steel};
+use crate::study::body_setup::{BodySetup, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, steel};
 use crate::study::verification::bar::constants;
 use std::f64::consts::PI;
 
@@ -79,7 +79,7 @@ fn beyond(sheet: &mut Sheet) {
 
 /// Largest energy over that at the start in `STEPS` substeps, retries, and the error that ended the run.
 fn vibrate(size: [usize; 2], courant: f64) -> (f64, i32, String) {
-    let mut arena = Arena::around([0.0; 2], size.map(|cells| (cells + 1) as f64 * CELL), CELL);
+    let mut arena = BodySetup::around([0.0; 2], size.map(|cells| (cells + 1) as f64 * CELL), CELL);
     arena.courant = courant;
     let mut seeds = lattice([0.0; 3], [2 * size[0], 2 * size[1], 1], CELL / 2.0, 2);
     let length = size[0] as f64 * CELL;
@@ -115,7 +115,7 @@ fn lone(sheet: &mut Sheet, steps: u32) {
     let sound = (constants().youngs_modulus / constants().density).sqrt();
     let cells = FLIGHT.map(|v| 0.5 * f64::from(steps) * v / sound);
     let high = [(cells[0] + 60.0) * CELL, (cells[1] + 60.0) * CELL];
-    let arena = Arena::around([0.0; 2], high, CELL);
+    let arena = BodySetup::around([0.0; 2], high, CELL);
     let mut seeds = Vec::new();
     for k in 0..16 {
         let (column, row) = (f64::from(k % 4), f64::from(k / 4));
@@ -135,7 +135,7 @@ fn bar(sheet: &mut Sheet, name: &str, steps: u32, per_edge: i32, shift: f64, fli
     let sound = (constants().youngs_modulus / constants().density).sqrt();
     let cells = flight.map(|v| 0.5 * f64::from(steps) * v / sound);
     let high = [0, 1].map(|axis| (SIZE[axis] as f64 + cells[axis] + 2.0) * CELL);
-    let arena = Arena::around([0.0; 2], high, CELL);
+    let arena = BodySetup::around([0.0; 2], high, CELL);
     let spacing = CELL / f64::from(per_edge);
     let count = SIZE.map(|cells| cells * per_edge as usize);
     let mut seeds = lattice([0.0; 3], [count[0], count[1], 1], spacing, 2);
@@ -153,7 +153,7 @@ fn bar(sheet: &mut Sheet, name: &str, steps: u32, per_edge: i32, shift: f64, fli
 fn measure(
     sheet: &mut Sheet,
     name: &str,
-    arena: &Arena,
+    arena: &BodySetup,
     seeds: &[Seed],
     per_edge: i32,
     (steps, flight, bound): (u32, [f64; 2], f64),

@@ -10,7 +10,7 @@ use crate::grid::FixedNodes;
 use crate::grid::shape_function::Gimp;
 use crate::simulation::{PointView, Solver};
 use crate::study::body_setup::{
-    Arena, NO_DRIVE, distant_tool, elastic, kinetic, lattice, points, steel, total,
+    BodySetup, NO_DRIVE, distant_tool, elastic, kinetic, lattice, points, steel, total,
 };
 use crate::study::verification::bar::{LENGTH, SPEED, constants, exact_period};
 use std::f64::consts::FRAC_PI_2;
@@ -53,7 +53,7 @@ pub fn fill(setting: &Setting, sheet: &mut Sheet) {
     let (cells, steps) = setting.pick((64, 100_000), (128, 1_000_000));
     let cell = LENGTH / f64::from(cells);
     let rows = ROWS as f64 / 2.0;
-    let mut arena = Arena::around([0.0; 2], [LENGTH, rows * cell], cell);
+    let mut arena = BodySetup::around([0.0; 2], [LENGTH, rows * cell], cell);
     let wall = arena.node(0, 0.0);
     arena.fixed.push(FixedNodes { low: [0; 3], high: [wall, arena.nodes[1], 0], axes: [true; 3] });
     let mut seeds = lattice([0.0; 3], [2 * cells as usize, ROWS, 1], cell / 2.0, 2);

@@ -1,9 +1,9 @@
 //! Scenes that make no sense: refused by name, ended by a guard, or computed with a closed ledger, but never passed over.
 //!
 //! Each is asked for twice: as an importer would, with the ranges of the variable table in front (`variables`), and past
-//! them, where only the solver's own guards stand. Of those the ledger's bound is what the watch stops a run at (`watch`).
+//! them, where only the solver's own guards stand. Of those the ledger's bound is what the watch stops a run at (`energy::watch`).
 
-use super::watched::{Watched, cut};
+use super::monitor::{Watched, cut};
 use super::{Setting, Sheet};
 use crate::Error;
 use crate::energy::watch::ENERGY_LIMIT;

@@ -18,7 +18,7 @@ pub mod stretching;
 pub mod table;
 pub mod temperatures;
 pub mod tool_shapes;
-pub mod watched;
+pub mod monitor;
 
 pub use sheet::{Figure, Sheet};
 

@@ -9,7 +9,7 @@ use super::{Form, Setting, Sheet};
 use crate::dimension::PlaneStrain;
 use crate::grid::shape_function::Gimp;
 use crate::simulation::Solver;
-use crate::study::body_setup::{Arena, NO_DRIVE, distant_tool, lattice, points, steel};
+use crate::study::body_setup::{BodySetup, NO_DRIVE, distant_tool, lattice, points, steel};
 use crate::study::verification::bar::constants;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -58,7 +58,7 @@ fn slide(sheet: &mut Sheet, name: &str, cells: usize, flight: [f64; 2], scheme: 
     let speed = flight[0].hypot(flight[1]);
     let end = WAY * cell / speed;
     let way = flight.map(|v| v * end);
-    let mut arena = Arena::around([0.0; 2], [length + way[0], 2.0 * cell + way[1]], cell);
+    let mut arena = BodySetup::around([0.0; 2], [length + way[0], 2.0 * cell + way[1]], cell);
     (arena.courant, arena.smoothed_increments) = (scheme.courant, scheme.smoothed);
     let mut seeds = lattice([0.0; 3], [2 * cells, 4, 1], cell / 2.0, 2);
     let places: Vec<f64> = seeds.iter().map(|seed| seed.position[0]).collect();

@@ -3,7 +3,7 @@
 //! A tool at rest does no work; one that has left feels nothing; how the time is cut into communication steps changes no
 //! bit of the state. On every way the ledger stays closed.
 
-use super::watched::{NO_SLOPE, Watched, cut, soundness};
+use super::monitor::{NO_SLOPE, Watched, cut, soundness};
 use super::{Setting, Sheet};
 use crate::scene::{Inputs, Scene};
 use crate::session::Session;

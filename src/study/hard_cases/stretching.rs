@@ -5,7 +5,7 @@
 //!
 //! σ = (4/3 μ ln λ + κ/2 (λ² - 1))/λ, or with 2/3 Y in the place of the first term once that is reached.
 //!
-//! Points keep their square (`shape`), so from some stretch on the grid does not see a closed body any more. Up to `KNOWN`
+//! Points keep their square (`grid::shape_function`), so from some stretch on the grid does not see a closed body any more. Up to `KNOWN`
 //! no gap opens, a gap being a distance of neighbours of more than 1.02 of what the stretch makes it.
 
 use super::{Setting, Sheet};
@@ -15,7 +15,7 @@ use crate::grid::shape_function::Gimp;
 use crate::scene::Constants;
 use crate::simulation::Solver;
 use crate::study::body_setup::{
-    Arena, NO_DRIVE, distant_tool, lattice, never_yielding, perfectly_plastic, points, steel, steel_4340,
+    BodySetup, NO_DRIVE, distant_tool, lattice, never_yielding, perfectly_plastic, points, steel, steel_4340,
 };
 
 /// The stretch up to which points are known to carry the body's stress (-); docs/hard-cases.md.
@@ -47,7 +47,7 @@ fn stretch(sheet: &mut Sheet, name: &str, c: &Constants, cells: usize) {
     let end_speed = 2.5 * sound;
     let rate = 2.0 * end_speed / length;
     let half = 0.5 * length * (END - 1.0);
-    let mut arena = Arena::around([-half, 0.0], [length + half, 2.0 * CELL], CELL);
+    let mut arena = BodySetup::around([-half, 0.0], [length + half, 2.0 * CELL], CELL);
     let everything = i32::MAX / 2;
     arena.fixed.push(FixedNodes {
         low: [-everything, -everything, 0],

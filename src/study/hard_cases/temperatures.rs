@@ -2,10 +2,10 @@
 //!
 //! Molten material has no strength: only pressure. The flow stress is never negative, whatever temperature and rate.
 
-use super::watched::{Watched, cut, soundness};
+use super::monitor::{Watched, cut, soundness};
 use super::{Setting, Sheet};
 use crate::dimension::PlaneStrain;
-use crate::material::{ConstitutiveModel, Totals};
+use crate::material::{ConstitutiveModel, StepSums};
 use crate::points::PointState;
 use crate::scene::Scene;
 use crate::simd::{InstructionSet, Kernel, Simd, Vector, dispatch};
@@ -56,9 +56,9 @@ pub fn fill(setting: &Setting, sheet: &mut Sheet) {
     let mut run = Watched::new(&at_rest);
     run.run(5e-6, 5);
     // From rest the first substeps load the metal at rates below any reference.
-    run.steer(crate::scene::Inputs { tool_velocity: 1e-3, ..at_rest.inputs }, super::watched::NO_SLOPE)
+    run.steer(crate::scene::Inputs { tool_velocity: 1e-3, ..at_rest.inputs }, super::monitor::NO_SLOPE)
         .run(5e-6, 5);
-    run.steer(crate::scene::Inputs { tool_velocity: 50.0, ..at_rest.inputs }, super::watched::NO_SLOPE)
+    run.steer(crate::scene::Inputs { tool_velocity: 50.0, ..at_rest.inputs }, super::monitor::NO_SLOPE)
         .run(5e-6, 5);
     soundness(sheet, "rate 0, then 1 mm/s, then 50 m/s", &run);
 }
@@ -116,7 +116,7 @@ impl Kernel<f64> for OnePoint<'_> {
         volume[0] = 1.0;
         let zero = S::Lanes::splat(0.0);
         let gradient = [[zero, S::Lanes::splat(h)], [zero, zero]];
-        let mut totals = Totals::zero();
+        let mut totals = StepSums::zero();
         let volume = S::Lanes::load(&volume);
         ConstitutiveModel::<f64, PlaneStrain>::update(model, state, 0, &gradient, dt, volume, &mut totals);
         totals.plastic_work.sum()

@@ -11,7 +11,7 @@ use crate::grid::shape_function::{Gimp, ShapeFunction};
 use crate::scene::Constants;
 use crate::simulation::{PointView, Solver};
 use crate::study::body_setup::{
-    Arena, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, never_yielding, points, steel,
+    BodySetup, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, never_yielding, points, steel,
     steel_4340, total,
 };
 use std::f64::consts::FRAC_PI_2;
@@ -69,7 +69,7 @@ pub fn run<F: ShapeFunction<f64>>(bar: Bar, cells: i32, shape: F) -> Outcome {
     let way = flight.map(|v| v * (PERIODS as f64 + 0.7) * exact);
     let bars = if bar == Bar::Held { 1 } else { 2 };
     let left = -LENGTH * f64::from(bars - 1);
-    let mut arena = Arena::around([left, 0.0], [LENGTH + way[0], 3.0 * cell + way[1]], cell);
+    let mut arena = BodySetup::around([left, 0.0], [LENGTH + way[0], 3.0 * cell + way[1]], cell);
     let mode = |x: f64| (FRAC_PI_2 * x / LENGTH).sin();
     if bar == Bar::Held {
         let wall = arena.node(0, 0.0);

@@ -13,7 +13,7 @@ use crate::grid::shape_function::Gimp;
 use crate::material::ConstitutiveModel;
 use crate::simulation::{PointView, Solver};
 use crate::study::body_setup::{
-    Arena, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, points, total,
+    BodySetup, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, points, total,
 };
 use crate::transfer::apic::Affine;
 
@@ -74,7 +74,7 @@ fn material() -> NeoHookean {
 fn collide<M: ConstitutiveModel<f64, PlaneStrain>>(settings: Settings, model: M) -> Outcome {
     let Settings { per_edge, cells, courant, from, end } = settings;
     let cell = 1.0 / f64::from(cells);
-    let mut arena = Arena::around([-0.1; 2], [1.1; 2], cell);
+    let mut arena = BodySetup::around([-0.1; 2], [1.1; 2], cell);
     arena.courant = courant;
     let mut seeds: Vec<Seed> = Vec::new();
     for (centre, direction) in [(0.2 + SPEED * from, 1.0), (0.8 - SPEED * from, -1.0)] {

@@ -14,11 +14,13 @@ use crate::grid::FixedNodes;
 use crate::grid::shape_function::Gimp;
 use crate::material::ConstitutiveModel;
 use crate::material::effects::{Adiabatic, Softening};
-use crate::material::j2_plasticity::JohnsonCook;
+use crate::material::j2_plasticity::J2Plasticity;
 use crate::material::rate::RateIndependent;
 use crate::points::BLOCK;
 use crate::simulation::Solver;
-use crate::study::body_setup::{Arena, NO_DRIVE, ROOM, distant_tool, lattice, never_yielding, steel_4340};
+use crate::study::body_setup::{
+    BodySetup, NO_DRIVE, ROOM, distant_tool, lattice, never_yielding, steel_4340,
+};
 
 /// Rise of temperature (K).
 pub const RISE: f64 = 100.0;
@@ -75,7 +77,7 @@ pub fn confined(rise: f64) -> f64 {
 pub fn run<D: Dimension>(is_confined: bool, rise: f64) -> Outcome {
     let cell = 1e-5;
     let edge = f64::from(EDGE) * cell;
-    let mut arena = Arena::around([0.0; 2], [edge; 2], cell);
+    let mut arena = BodySetup::around([0.0; 2], [edge; 2], cell);
     arena.courant = 0.4;
     if D::AXES == 3 {
         arena.nodes[2] = arena.nodes[1];
@@ -100,7 +102,7 @@ pub fn run<D: Dimension>(is_confined: bool, rise: f64) -> Outcome {
     };
     let thermal = Adiabatic::<f64, true>::new(c.taylor_quinney, c.density * c.specific_heat, ROOM, softening)
         .with_expansion(c.thermal_expansion);
-    let model = JohnsonCook::new(&c, RateIndependent, thermal);
+    let model = J2Plasticity::new(&c, RateIndependent, thermal);
     let points = 2 * EDGE as usize;
     let count = [points, points, if D::AXES == 3 { points } else { 1 }];
     let seeds = lattice([0.0; 3], count, cell / 2.0, D::AXES);

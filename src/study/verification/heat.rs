@@ -14,7 +14,7 @@ use crate::heat::{FixedTemperature, HeatConduction, HeatTotals, NodeHeat};
 use crate::material::ConstitutiveModel;
 use crate::simulation::Solver;
 use crate::study::body_setup::{
-    Arena, ROOM, Seed, Steel, distant_tool, lattice, never_yielding, steel, steel_4340,
+    BodySetup, ROOM, Seed, Steel, distant_tool, lattice, never_yielding, steel, steel_4340,
 };
 use std::f64::consts::PI;
 
@@ -148,7 +148,7 @@ impl Outcome {
 /// Never for the cases above: nothing moves.
 pub fn run<D: Dimension>(case: Case, cells: i32, t: f64) -> Outcome {
     let cell = case.length(t) / f64::from(cells);
-    let mut arena = Arena::around([0.0; 2], [case.length(t), f64::from(ROWS) * cell], cell);
+    let mut arena = BodySetup::around([0.0; 2], [case.length(t), f64::from(ROWS) * cell], cell);
     if D::AXES == 3 {
         arena.nodes[2] = arena.nodes[1];
         arena.origin[2] = arena.origin[1];

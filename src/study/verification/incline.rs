@@ -14,8 +14,8 @@ use crate::contact::Contact;
 use crate::dimension::PlaneStrain;
 use crate::grid::shape_function::Gimp;
 use crate::scene::Constants;
-use crate::simulation::{Drive, PointView, Solver};
-use crate::study::body_setup::{Arena, Seed, lattice, never_yielding, points, steel, steel_4340, total};
+use crate::simulation::{PointView, Solver, ToolMotion};
+use crate::study::body_setup::{BodySetup, Seed, lattice, never_yielding, points, steel, steel_4340, total};
 use crate::tool::RigidTool;
 use crate::tool::profile::ToolShape;
 use std::f64::consts::TAU;
@@ -110,7 +110,7 @@ impl Incline {
     }
 
     /// A domain around everything the body may reach on `way` (m) down the plane.
-    fn arena(&self, way: f64) -> Arena {
+    fn arena(&self, way: f64) -> BodySetup {
         let (down, up) = self.directions();
         let corners = [[-1.2, -0.3], [-1.2, 1.5], [way + 1.2, -0.3], [way + 1.2, 1.5]];
         let axis = |axis: usize| corners.map(|[along, off]| along * down[axis] + off * up[axis]);
@@ -118,7 +118,7 @@ impl Incline {
         let low = [x.into_iter().fold(f64::MAX, f64::min), y.into_iter().fold(f64::MAX, f64::min)];
         let high = [x.into_iter().fold(f64::MIN, f64::max), y.into_iter().fold(f64::MIN, f64::max)];
         // Nothing about the grid fits the plane.
-        Arena::around([low[0] - 0.37 * self.cell, low[1] - 0.21 * self.cell], high, self.cell)
+        BodySetup::around([low[0] - 0.37 * self.cell, low[1] - 0.21 * self.cell], high, self.cell)
     }
 
     /// Lets the body go from rest, touching the plane.
@@ -149,7 +149,7 @@ impl Incline {
             total(now, |p| p.mass * part(p)) / total(now, |p| p.mass)
         };
         let start = points(&solver);
-        let drive = Drive { velocity: [0.0; 2], friction: self.friction };
+        let drive = ToolMotion { velocity: [0.0; 2], friction: self.friction };
         let mut outcome = Outcome { exact, ..Outcome::default() };
         let mut next = 0.0;
         solver.options.contact = self.contact;
@@ -188,7 +188,7 @@ impl Incline {
             &seeds,
             |_, _, _| {},
         );
-        let drive = Drive { velocity: [0.0; 2], friction: self.friction };
+        let drive = ToolMotion { velocity: [0.0; 2], friction: self.friction };
         solver.options.contact = self.contact;
         for _ in 0..1_000_000 {
             let gap = points(&solver)

@@ -25,7 +25,7 @@ use crate::dimension::PlaneStrain;
 use crate::grid::FixedNodes;
 use crate::grid::shape_function::{Gimp, ShapeFunction};
 use crate::simulation::Solver;
-use crate::study::body_setup::{Arena, NO_DRIVE, Seed, distant_tool, lattice, points};
+use crate::study::body_setup::{BodySetup, NO_DRIVE, Seed, distant_tool, lattice, points};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -228,7 +228,7 @@ pub fn axis_aligned<D: Dimension, F: ShapeFunction<f64>>(
 ) -> Outcome {
     let solution = AxisAligned::new(amplitude, D::AXES);
     let cell = 1.0 / f64::from(cells);
-    let mut arena = Arena::around([0.0; 2], [1.0; 2], cell);
+    let mut arena = BodySetup::around([0.0; 2], [1.0; 2], cell);
     arena.courant = 0.2;
     if D::AXES == 3 {
         arena.nodes[2] = arena.nodes[0];
@@ -278,7 +278,7 @@ pub fn vortex<F: ShapeFunction<f64>>(shape: F, cells: i32, amplitude: f64, end: 
     let solution = Vortex::new(amplitude);
     let cell = 1.0 / f64::from(cells);
     let half = (1.25 / cell).ceil() * cell;
-    let mut arena = Arena::around([-half; 2], [half; 2], cell);
+    let mut arena = BodySetup::around([-half; 2], [half; 2], cell);
     arena.courant = 0.4;
     let count = (4.0 * half / cell).round() as usize;
     let mut places = lattice([-half, -half, 0.0], [count, count, 1], cell / 2.0, 2);
@@ -298,7 +298,7 @@ pub fn vortex<F: ShapeFunction<f64>>(shape: F, cells: i32, amplitude: f64, end: 
 }
 
 /// Nodes that do not lie in the ring, column by column: the rims are at rest.
-fn outside_ring(arena: &Arena) -> Vec<FixedNodes> {
+fn outside_ring(arena: &BodySetup) -> Vec<FixedNodes> {
     let mut fixed: Vec<FixedNodes> = Vec::new();
     for column in 0..arena.nodes[0] {
         let x = arena.origin[0] + arena.cell * f64::from(column);

@@ -19,7 +19,7 @@
 use super::Report;
 use super::report::{line, logarithms, panel};
 use crate::dimension::PlaneStrain;
-use crate::material::{ConstitutiveModel, Totals};
+use crate::material::{ConstitutiveModel, StepSums};
 use crate::points::PointState;
 use crate::scene::Constants;
 use crate::simd::{InstructionSet, Kernel, Simd, Vector, dispatch};
@@ -227,7 +227,7 @@ impl Kernel<f64> for Updates<'_> {
         let h = self.h.map(|row| row.map(S::Lanes::splat));
         let zero = S::Lanes::splat(0.0);
         for _ in 0..self.count {
-            let mut totals = Totals::zero();
+            let mut totals = StepSums::zero();
             ConstitutiveModel::<f64, PlaneStrain>::update(
                 self.model,
                 self.state,

@@ -7,7 +7,7 @@
 //! It shares no code with the Johnson–Cook law: that the solver runs it proves the seam `ConstitutiveModel`.
 
 use crate::dimension::Dimension;
-use crate::material::{ConstitutiveModel, PointReport, Totals};
+use crate::material::{ConstitutiveModel, PointReport, StepSums};
 use crate::points::{BLOCK, Column, PointState};
 use crate::simd::math::ln;
 use crate::simd::{Real, Vector};
@@ -152,7 +152,7 @@ impl<R: Real, D: Dimension> ConstitutiveModel<R, D> for NeoHookean {
         h: &D::Matrix<V>,
         _dt: R,
         _volume: V,
-        totals: &mut Totals<V>,
+        totals: &mut StepSums<V>,
     ) -> D::Symmetric<V> {
         let old: D::Matrix<V> = D::matrix(|i, j| V::load(&state.0[i][j][lane..]));
         let new = D::matrix(|i, j| {

@@ -5,7 +5,7 @@
 //!
 //! \[v\] = −U \[J\],  \[P\] = −ρ₀ U \[v\].
 //!
-//! The law implemented (`johnson_cook`), loaded in uniaxial strain and perfectly plastic: τ_xx = s + κ/2 (J² − 1) with
+//! The law implemented (`j2_plasticity`), loaded in uniaxial strain and perfectly plastic: τ_xx = s + κ/2 (J² − 1) with
 //! s = 4/3 μ ln J until −s = 2/3 Y (midpoint increments add up to ln J), and s = −2/3 Y from there on. Unknown is only J
 //! behind the plastic front: the speeds of both fronts follow, and the material's there must be the piston's.
 //!
@@ -19,9 +19,9 @@ use crate::grid::FixedNodes;
 use crate::grid::shape_function::Gimp;
 use crate::material::ConstitutiveModel;
 use crate::scene::Constants;
-use crate::simulation::{Drive, PointView, Solver};
+use crate::simulation::{PointView, Solver, ToolMotion};
 use crate::study::body_setup::{
-    self, Arena, Seed, lattice, perfectly_plastic, points, steel, steel_4340, total,
+    self, BodySetup, Seed, lattice, perfectly_plastic, points, steel, steel_4340, total,
 };
 use crate::tool::RigidTool;
 
@@ -145,7 +145,7 @@ pub fn run_with<M: ConstitutiveModel<f64, PlaneStrain>>(
     let exact = exact(&constants, SPEED);
     let cell = LENGTH / f64::from(cells);
     let height = f64::from(ACROSS) * cell;
-    let mut arena = Arena::around([0.0, 0.0], [LENGTH * 1.2, height], cell);
+    let mut arena = BodySetup::around([0.0, 0.0], [LENGTH * 1.2, height], cell);
     arena.courant = courant;
     // Nodes of the bar's lower and upper side and all beyond slide along it: uniaxial strain.
     let everything = i32::MAX / 2;
@@ -175,7 +175,7 @@ pub fn run_with<M: ConstitutiveModel<f64, PlaneStrain>>(
         &seeds,
         |_, _, _| {},
     );
-    let drive = Drive { velocity: [flight - SPEED, 0.0], friction: 0.0 };
+    let drive = ToolMotion { velocity: [flight - SPEED, 0.0], friction: 0.0 };
     let end = 0.85 * LENGTH / exact.elastic_front;
     let (mut force, mut last) = (Vec::new(), (0.0, 0.0));
     bar.options.contact = if points_touch { Contact::Surface } else { Contact::NodesInside };

@@ -13,8 +13,8 @@ use crate::dimension::PlaneStrain;
 use crate::grid::FixedNodes;
 use crate::grid::shape_function::Gimp;
 use crate::scene::Constants;
-use crate::simulation::{Drive, PointView, Solver};
-use crate::study::body_setup::{self, Arena, lattice, perfectly_plastic, points, steel, steel_4340};
+use crate::simulation::{PointView, Solver, ToolMotion};
+use crate::study::body_setup::{self, BodySetup, lattice, perfectly_plastic, points, steel, steel_4340};
 use crate::tool::RigidTool;
 use std::f64::consts::PI;
 
@@ -46,7 +46,7 @@ pub fn run(cells: i32, points_touch: bool, locking_control: bool, settlement: f6
         perfectly_plastic(Constants { yield_stress: YIELD_STRESS, poissons_ratio: 0.3, ..steel_4340() });
     let cell = HALF_WIDTH / f64::from(cells);
     let (width, depth) = (5.0 * HALF_WIDTH, 4.0 * HALF_WIDTH);
-    let mut arena = Arena::around([0.0, -depth], [width, 0.5 * HALF_WIDTH], cell);
+    let mut arena = BodySetup::around([0.0, -depth], [width, 0.5 * HALF_WIDTH], cell);
     arena.locking_control = locking_control;
     let everything = i32::MAX / 2;
     let mut hold = |low: [i32; 2], high: [i32; 2], axes: [bool; 3]| {
@@ -78,7 +78,7 @@ pub fn run(cells: i32, points_touch: bool, locking_control: bool, settlement: f6
         // Full speed after a tenth of the way: x = v²/(2 a).
         let ramp = 0.2 * end / speed;
         let now = speed * (time / ramp).clamp(0.01, 1.0);
-        body.step(&Drive { velocity: [0.0, -now], friction: 0.0 }, false).expect("a stable step");
+        body.step(&ToolMotion { velocity: [0.0, -now], friction: 0.0 }, false).expect("a stable step");
         way += now * body.progress().last_step;
         if way - last.0 > end / 100.0 {
             let (time, impulse) = (body.progress().clock, body.progress().ledger.tool_impulse[1]);

@@ -1,4 +1,4 @@
-//! The contact laws of scenes (`touching`, `nodal_contact`): what they must conserve, and that threads do not change them.
+//! The contact laws of scenes (`contact::surface`, `contact::nodal`): what they must conserve, and that threads do not change them.
 
 mod common;
 
@@ -8,7 +8,7 @@ use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use swarf::grid::shape_function::Gimp;
 use swarf::scene::Scene;
 use swarf::session::Session;
-use swarf::simulation::{Drive, Solver};
+use swarf::simulation::{Solver, ToolMotion};
 use swarf::tool::RigidTool;
 use swarf::tool::profile::ToolShape;
 
@@ -42,7 +42,7 @@ fn thrown_of<D: Dimension>(law: Contact, cells: [i32; 3]) -> SteelBlock<D, Gimp<
 }
 
 /// A tool that comes to meet it.
-const DRIVE: Drive = Drive { velocity: [-15.0, 0.0], friction: 0.3 };
+const DRIVE: ToolMotion = ToolMotion { velocity: [-15.0, 0.0], friction: 0.3 };
 
 /// Contact is an exchange: what the block's momentum changes by is the tool's impulse (rounding of a thousand substeps), and
 /// the ledger stays closed, with 0.5 % for what a block that bounces off fixed nodes leaves open too.
@@ -98,7 +98,7 @@ fn threads_change_nothing() {
         }
         assert!(one.progress().touches[1], "{law:?}: the tool was never touched");
         assert_eq!(one.progress(), two.progress(), "{law:?}");
-        assert!(one.bulk() == two.bulk(), "{law:?}: the states differ");
+        assert!(one.state_bytes() == two.state_bytes(), "{law:?}: the states differ");
     }
 }
 
@@ -141,14 +141,14 @@ fn a_restored_run_is_the_same_to_the_bit() {
             assert!(first.progress().substeps < 300, "{law:?}: the tool is hardly touched");
         }
         let mut second = thrown::<PlaneStrain>(law);
-        second.restore(&first.bulk(), first.progress()).expect("a good state");
-        assert!(first.bulk() == second.bulk(), "{law:?}: the state itself differs");
+        second.restore(&first.state_bytes(), first.progress()).expect("a good state");
+        assert!(first.state_bytes() == second.state_bytes(), "{law:?}: the state itself differs");
         for _ in 0..300 {
             first.step(&DRIVE, false).expect("a stable step");
             second.step(&DRIVE, false).expect("a stable step");
         }
         assert_eq!(first.progress(), second.progress(), "{law:?}");
-        assert!(first.bulk() == second.bulk(), "{law:?}: the states differ");
+        assert!(first.state_bytes() == second.state_bytes(), "{law:?}: the states differ");
     }
 }
 
@@ -177,12 +177,12 @@ fn twice_the_width_is_twice_the_force() {
 #[test]
 fn a_grid_that_shrinks_while_the_tool_touches_is_no_surprise() {
     let mut large = thrown::<PlaneStrain>(Contact::Surface);
-    while large.touching.effort().0 == 0 {
+    while large.surface_contact.cost().0 == 0 {
         large.step(&DRIVE, false).expect("a stable step");
         assert!(large.progress().substeps < 300, "the tool is never touched");
     }
     let mut small = thrown_of::<PlaneStrain>(Contact::Surface, [2, 2, 4]);
-    small.touching = large.touching;
-    small.touching.note_sort();
+    small.surface_contact = large.surface_contact;
+    small.surface_contact.note_sort();
     small.step(&DRIVE, false).expect("a stable step");
 }

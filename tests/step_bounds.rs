@@ -3,7 +3,7 @@
 use swarf::Error;
 use swarf::scene::{Inputs, Scene, Speed};
 use swarf::session::Session;
-use swarf::simulation::Drive;
+use swarf::simulation::ToolMotion;
 use swarf::{setup, setup::checks};
 
 /// A cut of 1,900 points: half the length and half the resolution of the reference.
@@ -78,7 +78,7 @@ fn a_scheme_that_feeds_itself_is_stopped() {
     let mut scene = checks::check(&scene).expect("a good scene");
     scene.numerics.courant = 0.68;
     let mut solver = setup::build(&scene).expect("a solver");
-    let drive = Drive { velocity: [-50.0, 0.0], friction: 0.2 };
+    let drive = ToolMotion { velocity: [-50.0, 0.0], friction: 0.2 };
     let error = loop {
         if let Err(error) = solver.step(&drive, false) {
             break error.to_string();
