@@ -62,7 +62,7 @@ impl fmt::Display for Error {
                 write!(
                     f,
                     "{name} = {asked} is not available in version {}; allowed: {allowed}",
-                    crate::VERSION
+                    crate::version::VERSION
                 )
             }
             Error::Inconsistent(text) | Error::Unstable(text) => f.write_str(text),

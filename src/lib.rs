@@ -2,7 +2,9 @@
 //!
 //! The modules from ground floor to top; each uses only those above it in this list.
 
+mod version;
 pub mod error;
+pub mod parallel;
 pub mod simd;
 pub mod checkpoint;
 pub mod dimension;
@@ -21,16 +23,13 @@ pub mod heat;
 pub mod simulation;
 pub mod output;
 pub mod setup;
-pub mod parallel;
 pub mod session;
 pub mod variables;
 pub mod fmi;
 #[cfg(feature = "study")]
 pub mod study;
 
-/// Version of the program, as written into every file.
-pub const VERSION: &str = env!("CARGO_PKG_VERSION");
-
 pub use error::Error;
 pub use scene::Scene;
 pub use session::Session;
+pub use version::VERSION;

@@ -271,9 +271,9 @@ fn description(guid: &str) -> Description {
         model_name: MODEL_IDENTIFIER,
         guid: guid.to_owned(),
         description: env!("CARGO_PKG_DESCRIPTION"),
-        version: crate::VERSION,
+        version: crate::version::VERSION,
         license: env!("CARGO_PKG_LICENSE"),
-        generation_tool: format!("{MODEL_IDENTIFIER} {}", crate::VERSION),
+        generation_tool: format!("{MODEL_IDENTIFIER} {}", crate::version::VERSION),
         naming: "structured",
         co_simulation: CoSimulation {
             identifier: MODEL_IDENTIFIER,

@@ -96,7 +96,7 @@ impl Instance {
         };
         let place =
             instance.resources.as_ref().map_or("none given".into(), |path| path.display().to_string());
-        let text = format!("swarf {} instantiated; resources: {place}", crate::VERSION);
+        let text = format!("swarf {} instantiated; resources: {place}", crate::version::VERSION);
         instance.message(Status::Ok, Category::Events, &text);
         Ok(instance)
     }
@@ -371,7 +371,7 @@ fn in_use(scene: &Scene) -> Vec<(String, String)> {
 /// The version and all values in use as one message.
 fn values_text(in_use: &[(String, String)]) -> String {
     let values: Vec<_> = in_use.iter().map(|(name, value)| format!("{name} = {value}")).collect();
-    format!("swarf {}, values in use: {}", crate::VERSION, values.join(", "))
+    format!("swarf {}, values in use: {}", crate::version::VERSION, values.join(", "))
 }
 
 /// What a panic said.

@@ -225,7 +225,7 @@ impl ResultsWriter {
 
 /// Comment lines that begin every table: version, then a parameter per line.
 pub fn history_head(parameters: &[(String, String)]) -> String {
-    let mut out = format!("# {} {}\n", vtk::MARK, crate::VERSION);
+    let mut out = format!("# {} {}\n", vtk::MARK, crate::version::VERSION);
     for (name, value) in parameters {
         let _ = writeln!(out, "# {name} = {}", value.replace(['\n', '\r'], " "));
     }

@@ -136,7 +136,7 @@ pub fn escape(text: &str) -> String {
 
 /// A comment with version and parameters; two hyphens in a row, which end a comment, are set apart.
 pub fn comment(parameters: &[(String, String)]) -> String {
-    let mut out = format!("<!-- {MARK} {}\n", crate::VERSION);
+    let mut out = format!("<!-- {MARK} {}\n", crate::version::VERSION);
     for (name, value) in parameters {
         let mut value = escape(value).replace('\n', " ");
         while value.contains("--") {
@@ -175,7 +175,7 @@ fn field_data(time: f64, parameters: &[(String, String)]) -> String {
     format!(
         "<FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">{time:e}\
          </DataArray>\n{}{}</FieldData>\n",
-        text("version", &[format!("swarf {}", crate::VERSION)]),
+        text("version", &[format!("swarf {}", crate::version::VERSION)]),
         text("parameters", &lines)
     )
 }
@@ -333,7 +333,7 @@ mod tests {
         let text = fs::read(&points).unwrap();
         let text = String::from_utf8_lossy(&text);
         assert!(
-            text.contains(crate::VERSION) && text.contains("material.name"),
+            text.contains(crate::version::VERSION) && text.contains("material.name"),
             "version and parameters are named"
         );
         fs::remove_dir_all(&folder).unwrap();

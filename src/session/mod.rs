@@ -408,7 +408,7 @@ impl Session {
         let (head, body) =
             bytes.split_at_checked(HEAD).ok_or_else(|| damaged("it is shorter than its head"))?;
         if head[..8] != MAGIC {
-            return Err(damaged(&format!("it is not a state of swarf {}", crate::VERSION)));
+            return Err(damaged(&format!("it is not a state of swarf {}", crate::version::VERSION)));
         }
         let number = |range: std::ops::Range<usize>| {
             head[range].iter().rev().fold(0_u64, |sum, &byte| sum << 8 | u64::from(byte))

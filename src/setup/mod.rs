@@ -110,6 +110,9 @@ pub fn effects_summary(scene: &Scene) -> String {
 /// # Errors
 /// `Error::Inconsistent` when the tool's shape is impossible.
 pub fn build(scene: &Scene) -> Result<Box<dyn Solver>, Error> {
+    if cfg!(all(feature = "reference-kernel", not(feature = "kernels"), not(test))) {
+        return reference(scene);
+    }
     if scene.numerics.transfer == TransferChoice::Apic {
         return affine(scene);
     }
@@ -269,6 +272,24 @@ fn with_heat<R: Real, Q: RateEffect<R>>(
     }
 }
 
+/// The kernel of the reference cut, alone in a build that takes a minute instead of many: plane strain, GIMP, FLIP, double
+/// precision, Johnson and Cook's law with rate, adiabatic heat and softening.
+fn reference(scene: &Scene) -> Result<Box<dyn Solver>, Error> {
+    let Scene { effects, numerics, material, .. } = scene;
+    let is_reference = numerics.dimension == DimensionChoice::PlaneStrain
+        && numerics.precision == Precision::Double
+        && numerics.shape_function == ShapeChoice::Gimp
+        && numerics.transfer == TransferChoice::Flip
+        && material.law == Law::JohnsonCook
+        && !effects.damage
+        && !effects.artificial_viscosity;
+    if !is_reference {
+        return Err(Error::Inconsistent("this build has the reference cut's kernel alone".into()));
+    }
+    let shape = Gimp::new(numerics.points_per_cell_edge);
+    simulation::<f64, PlaneStrain, _, _>(scene, shape, full::<f64, PowerLaw<f64>, _>(scene, Undamaged))
+}
+
 fn assemble<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>>(
     scene: &Scene,
     shape: F,
@@ -281,6 +302,14 @@ fn assemble<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, 
             "this build has no kernels (feature `kernels`, not in unit tests)".into(),
         ));
     }
+    simulation::<R, D, F, M>(scene, shape, model)
+}
+
+fn simulation<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>>(
+    scene: &Scene,
+    shape: F,
+    model: M,
+) -> Result<Box<dyn Solver>, Error> {
     let partition = cutting_block::<R, D, _>(scene, &model);
     let tool = tool_before_workpiece(scene)?;
     let options = Options {

@@ -236,7 +236,7 @@ mod tests {
         let png = std::fs::read(&path).unwrap();
         assert!(png.starts_with(b"\x89PNG"));
         let text = String::from_utf8_lossy(&png[..300]);
-        assert!(text.contains(crate::VERSION) && text.contains("friction = 0.2"), "{text}");
+        assert!(text.contains(crate::version::VERSION) && text.contains("friction = 0.2"), "{text}");
         std::fs::remove_file(&path).unwrap();
     }
 }

@@ -80,7 +80,7 @@ fn failed(path: &Path, error: &dyn std::fmt::Display) -> Error {
 
 /// The footer's text: what the caller says, then the program.
 fn footer(provenance: &Provenance) -> String {
-    let program = format!("{} {}", vtk::MARK.trim_start_matches("written by "), crate::VERSION);
+    let program = format!("{} {}", vtk::MARK.trim_start_matches("written by "), crate::version::VERSION);
     if provenance.footer.is_empty() { program } else { format!("{}   {program}", provenance.footer) }
 }
 

@@ -75,7 +75,7 @@ impl Store {
 /// The program's version and a checksum of its file.
 pub fn program() -> String {
     let bytes = std::env::current_exe().and_then(fs::read).unwrap_or_default();
-    format!("{} ({:08x})", crate::VERSION, crc32fast::hash(&bytes))
+    format!("{} ({:08x})", crate::version::VERSION, crc32fast::hash(&bytes))
 }
 
 fn line(identity: &str, label: &str, ending: &Ending) -> Option<String> {
