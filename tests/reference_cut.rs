@@ -7,7 +7,8 @@ use std::collections::HashMap;
 use std::sync::{Mutex, OnceLock};
 use swarf::output::point_fields::{Outputs, PointFields};
 use swarf::output::profiles::lowest_point;
-use swarf::output::segmentation::{Bands, StartLattice, bands, fibre};
+use swarf::output::segmentation::{Bands, bands, fibre};
+use swarf::scene::lattice::StartLattice;
 use swarf::scene::{Scene, Speed};
 use swarf::session::Session;
 

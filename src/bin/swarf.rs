@@ -31,7 +31,9 @@ fn main() -> ExitCode {
         #[cfg(feature = "study")]
         ["validate", "--out", folder, rest @ ..] => return validate(folder.as_ref(), rest),
         #[cfg(feature = "study")]
-        ["hard-cases", "--child", rest @ ..] => return done(swarf::study::hard_cases::child::run(rest)),
+        ["hard-cases", "--child", rest @ ..] => {
+            return done(swarf::study::hard_cases::table::run_child(rest));
+        }
         #[cfg(feature = "study")]
         ["hard-cases", "--out", folder, rest @ ..] => return hard_cases(folder.as_ref(), rest),
         ["help" | "--help" | "-h"] => println!("{HELP}"),

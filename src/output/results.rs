@@ -16,7 +16,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::output::point_fields::{COLUMNS, Outputs, PointFields};
 use crate::output::profiles::{self, RAKE_QUANTITIES, RakeFace, SURFACE_QUANTITIES};
-use crate::output::segmentation::{self, StartLattice};
+use crate::output::segmentation;
+use crate::scene::lattice::StartLattice;
 use crate::scene::{DimensionChoice, SceneKind};
 use crate::{Error, Scene, output::vtk};
 

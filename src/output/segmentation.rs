@@ -22,6 +22,7 @@
 //! in the chip the bands stand closer by the chip compression, feed / chip thickness.
 
 use crate::output::point_fields::PointFields;
+use crate::scene::lattice::StartLattice;
 
 /// The fibre's place above the cutting plane, in feeds (-).
 const FIBRE: [f64; 2] = [1.0 / 3.0, 1.4 / 3.0];
@@ -35,34 +36,6 @@ const NOISE: f64 = 6.0;
 const FEWEST: usize = 3;
 /// Least spacing in bins (-): four cells.
 const SHORTEST: f64 = 8.0;
-
-/// Where a point stood before the cut: points fill the workpiece as equal boxes, numbered along z, then y, then x.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StartLattice {
-    /// Points along each axis.
-    pub count: [usize; 3],
-    /// Their distances (m).
-    pub step: [f64; 3],
-}
-
-impl StartLattice {
-    /// The lattice that fills a block.
-    ///
-    /// * `size`: of the block (m)
-    /// * `spacing`: wanted distance of the points (m); the real one fills the block exactly
-    /// * `axes`: 2 in plane strain, where the third has one point; 3
-    pub fn new(size: [f64; 3], spacing: f64, axes: usize) -> Self {
-        let count: [usize; 3] =
-            std::array::from_fn(|axis| if axis < axes { (size[axis] / spacing).round() as usize } else { 1 });
-        StartLattice { count, step: std::array::from_fn(|axis| size[axis] / count[axis] as f64) }
-    }
-
-    /// A point's place along each axis, counted from 0.
-    pub fn index(&self, number: usize) -> [usize; 3] {
-        let [_, y, z] = self.count;
-        [number / (y * z), number / z % y, number % z]
-    }
-}
 
 /// What was found along a fibre.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -3,6 +3,7 @@
 //! Plain data. Names, units, ranges and texts of the parameters stand in the table of `variables`; what belongs
 //! together is checked in `Scene::check`.
 
+pub mod lattice;
 pub mod presets;
 pub mod speed_levels;
 

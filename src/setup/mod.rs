@@ -29,9 +29,9 @@ use crate::material::hardening::{Hardening, PowerLaw, TanhLaw};
 use crate::material::j2_plasticity::J2Plasticity;
 use crate::material::rate::{RateDependent, RateEffect, RateIndependent};
 use crate::material::viscosity::Viscous;
-use crate::output::segmentation::StartLattice;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block};
+use crate::scene::lattice::StartLattice;
 use crate::scene::speed_levels;
 use crate::scene::{
     ContactChoice, DimensionChoice, Heat, Law, Precision, Scene, ShapeChoice, TransferChoice,

@@ -91,6 +91,7 @@ mod avx2;
 pub mod math;
 pub mod pair;
 mod portable;
+mod scalar;
 #[cfg(test)]
 pub(crate) mod testing;
 #[cfg(test)]

@@ -43,16 +43,6 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>> Kernel<R> for Affine<ToGrid<'_,
     }
 }
 
-/// k times the weight of the node `place` of three.
-#[inline(always)]
-pub(super) fn times_k<V: Vector>(weight: V, place: usize) -> V {
-    match place {
-        0 => -weight,
-        1 => V::constant(0.0),
-        _ => weight,
-    }
-}
-
 /// Keeps the moments of points `lane..` along one axis, from those about their nearest nodes.
 ///
 /// * `from_node`: d before the points moved

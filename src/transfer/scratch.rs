@@ -159,3 +159,13 @@ pub(super) fn way_along<D: Dimension>(from: &D::Vector<i32>, to: &D::Vector<i32>
     let differ = (0..last).fold(0, |differ, axis| differ | (from[axis] ^ to[axis]));
     (differ == 0).then_some(to[last] - from[last])
 }
+
+/// k times the weight of the node `place` of three.
+#[inline(always)]
+pub(super) fn times_k<V: Vector>(weight: V, place: usize) -> V {
+    match place {
+        0 => -weight,
+        1 => V::constant(0.0),
+        _ => weight,
+    }
+}

@@ -2,8 +2,8 @@
 //!
 //! A kernel of its own, so that all constitutive models share one compiled copy of it.
 
-use super::moments::times_k;
 use super::nodes::{NodeRun, first_node};
+use super::scratch::times_k;
 use super::scratch::{Scratch, load, store_stencils, together, transverse, way_along};
 use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;

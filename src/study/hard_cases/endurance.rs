@@ -3,20 +3,12 @@
 //! Inputs are a function of the step's number alone, so another process can go on from any of them.
 
 use super::child;
-use super::monitor::{NO_SLOPE, not_finite, outputs_not_finite};
+use super::monitor::{NO_SLOPE, not_finite, outputs_not_finite, random};
 use super::{Setting, Sheet};
 use crate::Error;
 use crate::scene::{Accuracy, Inputs, Scene};
 use crate::session::{Advance, Session};
 use std::path::PathBuf;
-
-/// A number in [0, 1) that looks random and belongs to its key (Steele, Lea and Flood's SplitMix64).
-pub fn random(key: u64) -> f64 {
-    let mut z = key.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-}
 
 /// The scene at draft size.
 fn scene() -> Scene {

@@ -4,8 +4,8 @@
 //! process that is killed is `swarf hard-cases --child cut`, which writes a frame every few substeps.
 
 use super::child;
-use super::endurance::random;
 use super::monitor::cut;
+use super::monitor::random;
 use super::{Setting, Sheet};
 use crate::Error;
 use crate::output::vtk;

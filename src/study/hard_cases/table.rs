@@ -2,7 +2,7 @@
 //! them takes the place of their lines alone.
 
 use super::sheet::HEAD;
-use super::{CASES, Case, Setting, Sheet, case};
+use super::{CASES, Case, Setting, Sheet, case, endurance, interrupted};
 use rayon::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -39,6 +39,22 @@ pub fn run(
     let table = format!("{HEAD}{lines}");
     write(&folder.join("table.md"), &table)?;
     Ok(table)
+}
+
+/// Does what the words ask for, in the other process.
+///
+/// # Errors
+/// What went wrong, as text.
+pub fn run_child(words: &[&str]) -> Result<(), String> {
+    let number = |text: &str| text.parse().map_err(|_| format!("'{text}' is no number of a step"));
+    match *words {
+        ["replay", state, from, to, out] => endurance::replay(state, number(from)?, number(to)?, out),
+        ["instances", rounds] => endurance::hold_instances(
+            rounds.parse().map_err(|_| format!("'{rounds}' is no number of turns"))?,
+        ),
+        ["cut", folder] => interrupted::write_cut(folder.as_ref(), 1e-5).map_err(|e| e.to_string()),
+        _ => Err(format!("no such part of a hard case: '{}'", words.join(" "))),
+    }
 }
 
 /// A line on how a case ended.
