@@ -21,6 +21,11 @@ impl StartLattice {
         StartLattice { count, step: std::array::from_fn(|axis| size[axis] / count[axis] as f64) }
     }
 
+    /// Number of points.
+    pub fn points(&self) -> usize {
+        self.count.iter().product()
+    }
+
     /// A point's place along each axis, counted from 0.
     pub fn index(&self, number: usize) -> [usize; 3] {
         let [_, y, z] = self.count;

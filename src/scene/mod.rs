@@ -301,6 +301,11 @@ pub struct Numerics {
 }
 
 impl Numerics {
+    /// Length of a cell (m).
+    pub fn cell(&self) -> f64 {
+        self.point_spacing * f64::from(self.points_per_cell_edge)
+    }
+
     /// Whether increments can be smoothed: whether nodes keep the masses that they share (`partition::smoothing`).
     pub fn can_smooth(&self) -> bool {
         self.dimension == DimensionChoice::PlaneStrain

@@ -121,7 +121,7 @@ impl Session {
     /// # Errors
     /// `Error::OutOfRange` for a feed that leaves less than two cells below the tool.
     pub fn check_inputs(&self, inputs: &Inputs) -> Result<(), Error> {
-        checks::check_feed(&self.run.scene, inputs.feed)
+        setup::process_of(self.run.scene.kind)?.check_inputs(&self.run.scene, inputs)
     }
 
     /// Inputs from the present communication point on; slopes (per second) are all zero unless given.

@@ -7,9 +7,9 @@ use crate::material::library;
 use crate::scene::presets;
 use crate::scene::speed_levels;
 use crate::scene::{
-    ContactChoice, DimensionChoice, Heat, Law, Precision, Scene, SceneKind, ShapeChoice, TransferChoice,
+    ContactChoice, DimensionChoice, Heat, Law, Precision, Scene, ShapeChoice, TransferChoice,
 };
-use crate::setup::courant_limit;
+use crate::setup::{courant_limit, process_of};
 use crate::speedups::rigid_chip::LEAST_REACH;
 
 /// Checks what belongs together and refuses what this version does not have; fills in a library material's constants.
@@ -17,7 +17,8 @@ use crate::speedups::rigid_chip::LEAST_REACH;
 /// # Errors
 /// `Error::NotAvailable`, `Error::Inconsistent` or `Error::OutOfRange`, naming the variable.
 pub fn check(scene: &Scene) -> Result<Scene, Error> {
-    refuse_missing(scene)?;
+    let process = process_of(scene.kind)?;
+    process.check(scene)?;
     let asked_courant = scene.numerics.courant;
     let mut resolved = scene.clone();
     presets::take_preset(&mut resolved);
@@ -26,7 +27,7 @@ pub fn check(scene: &Scene) -> Result<Scene, Error> {
     // From here on what is in use counts, not what was asked for.
     let scene = &resolved;
     let workpiece = &scene.workpiece;
-    let cell = cell(scene);
+    let cell = scene.numerics.cell();
     let shortest = if scene.numerics.dimension == DimensionChoice::ThreeDimensional {
         workpiece.length.min(workpiece.height).min(workpiece.width)
     } else {
@@ -82,7 +83,7 @@ pub fn check(scene: &Scene) -> Result<Scene, Error> {
     check_smoothing(&resolved)?;
     check_chip(&resolved)?;
     refuse_rare(&resolved)?;
-    check_feed(&resolved, resolved.inputs.feed)?;
+    process.check_inputs(&resolved, &resolved.inputs)?;
     Ok(resolved)
 }
 
@@ -230,37 +231,3 @@ fn refuse_rare(scene: &Scene) -> Result<(), Error> {
 
 /// Most points of a scene: 3 GB; more would fill an engineer's machine before it says so.
 const MOST_POINTS: f64 = 2e7;
-
-/// Checks a feed (m) against the workpiece.
-///
-/// # Errors
-/// `Error::OutOfRange` when less than two cells would be left below the tool.
-pub fn check_feed(scene: &Scene, feed: f64) -> Result<(), Error> {
-    let max = scene.workpiece.height - 2.0 * cell(scene);
-    if (0.0..=max).contains(&feed) {
-        Ok(())
-    } else {
-        Err(Error::OutOfRange { name: "feed".into(), asked: feed, min: 0.0, max, unit: "m" })
-    }
-}
-
-/// Cell length (m).
-pub fn cell(scene: &Scene) -> f64 {
-    scene.numerics.point_spacing * f64::from(scene.numerics.points_per_cell_edge)
-}
-
-/// Refuses every value whose effect this version does not have.
-fn refuse_missing(scene: &Scene) -> Result<(), Error> {
-    let workpiece = &scene.workpiece;
-    let missing: [(bool, &str, &str, &str); 3] = [
-        (scene.kind != SceneKind::Cut, "scene", "press or taylor", "cut"),
-        (workpiece.endless, "workpiece.endless", "true", "false"),
-        (workpiece.revolution_length > 0.0, "workpiece.revolution_length", "above 0", "0"),
-    ];
-    match missing.into_iter().find(|entry| entry.0) {
-        Some((_, name, asked, allowed)) => {
-            Err(Error::NotAvailable { name: name.into(), asked: asked.into(), allowed: allowed.into() })
-        }
-        None => Ok(()),
-    }
-}

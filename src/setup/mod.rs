@@ -14,12 +14,17 @@
 
 pub mod checks;
 pub mod courant_limit;
+mod cut;
+mod effects_summary;
+pub mod process;
+
+pub use effects_summary::effects_summary;
 
 use crate::contact::Contact;
 use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use crate::error::Error;
+use crate::grid::Layout;
 use crate::grid::shape_function::{Gimp, Linear, ShapeFunction};
-use crate::grid::{FixedNodes, Layout, MARGIN};
 use crate::heat::HeatConduction;
 use crate::heat::tool::ToolBody;
 use crate::material::ConstitutiveModel;
@@ -31,78 +36,31 @@ use crate::material::rate::{RateDependent, RateEffect, RateIndependent};
 use crate::material::viscosity::Viscous;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block};
-use crate::scene::lattice::StartLattice;
-use crate::scene::speed_levels;
 use crate::scene::{
-    ContactChoice, DimensionChoice, Heat, Law, Precision, Scene, ShapeChoice, TransferChoice,
+    ContactChoice, DimensionChoice, Heat, Law, Precision, Scene, SceneKind, ShapeChoice, TransferChoice,
 };
-use crate::setup::checks::cell;
 use crate::simd::{InstructionSet, Real};
 use crate::simulation::{Options, Simulation, Solver};
 use crate::speedups::active_window::ActiveWindow;
 use crate::speedups::mass_scaling::MassScaling;
 use crate::speedups::rigid_chip::ChipTail;
-use crate::tool::RigidTool;
-use crate::tool::profile::ToolShape;
 use crate::transfer::apic::Affine;
+use cut::Cut;
+use process::{Bodies, Process};
 
-/// One line on which effects run and why.
-pub fn effects_summary(scene: &Scene) -> String {
-    let constants = &scene.material.constants;
-    let with = |does: bool| if does { "with" } else { "without" };
-    let rate = if !scene.effects.rate {
-        "rate off (effects.rate)"
-    } else if constants.rate_coefficient == 0.0 {
-        "rate off (its coefficient is 0)"
-    } else {
-        "rate on"
-    };
-    let heat = match (scene.effects.heat, scene.effects.thermal_softening) {
-        (Heat::None, false) => "no temperature".into(),
-        (Heat::None, true) => {
-            format!("constant temperature {} K with its softening", scene.workpiece.initial_temperature)
-        }
-        (Heat::Adiabatic, softens) => format!("adiabatic heat {} softening", with(softens)),
-        (Heat::Conduction, softens) => {
-            let start = if constants.taylor_quinney > 0.0 {
-                "from the first plastic work on"
-            } else {
-                "once there is friction (plastic work does not heat: material.taylor_quinney is 0)"
-            };
-            format!("heat conduction {start}, {} softening", with(softens))
-        }
-    };
-    let expansion = if scene.effects.thermal_expansion { ", thermal expansion" } else { "" };
-    let tool_heat = if scene.effects.tool_heat { ", heat flows into the tool" } else { "" };
-    let locking = if scene.effects.volumetric_locking_control { ", volumetric locking control" } else { "" };
-    let friction = if scene.inputs.friction == 0.0 { "friction 0 at the start" } else { "friction" };
-    let sticking = if scene.effects.sticking { " capped by the shear strength" } else { "" };
-    let contact = match scene.numerics.contact {
-        ContactChoice::Surface => "contact of the points at the exact tool surface",
-        ContactChoice::Distance => {
-            "contact on nodes shared with a tool made of points, within half a cell (distance law)"
-        }
-        ContactChoice::Velocity => "contact on nodes shared with a tool made of points (velocity law)",
-    };
-    let mass_factor = MassScaling::of(scene).map_or(1.0, |s| s.wanted(scene.inputs.tool_velocity.abs()));
-    let levers = speed_levels::summary(scene, mass_factor);
-    let transfer = match scene.numerics.transfer {
-        TransferChoice::Flip => "",
-        TransferChoice::Apic => ", affine transfer (APIC)",
-    };
-    let law =
-        if scene.material.law == Law::JohnsonCookTanh { ", tanh law with strain softening" } else { "" };
-    let damage = if scene.effects.damage {
-        format!(", damage with {} J/m2 to separate", constants.fracture_energy)
-    } else {
-        String::new()
-    };
-    let viscosity = if scene.effects.artificial_viscosity { ", artificial viscosity" } else { "" };
-    format!(
-        "effects: plasticity ({}{law}), {rate}, {heat}{damage}{viscosity}, {friction}{sticking}{expansion}{tool_heat}{locking}{transfer}; {contact}{}{levers}",
-        scene.material.name,
-        if levers.is_empty() { "" } else { "; " }
-    )
+/// The process of a kind.
+///
+/// # Errors
+/// `Error::NotAvailable` for one that this version does not have.
+pub fn process_of(kind: SceneKind) -> Result<&'static dyn Process, Error> {
+    match kind {
+        SceneKind::Cut => Ok(&Cut),
+        SceneKind::Press | SceneKind::Taylor => Err(Error::NotAvailable {
+            name: "scene".into(),
+            asked: "press or taylor".into(),
+            allowed: "cut".into(),
+        }),
+    }
 }
 
 /// Builds the solver of a scene that `check` has returned.
@@ -185,7 +143,7 @@ fn with_law<R: Real, D: Dimension>(
     if scene.effects.damage {
         let effects = &scene.effects;
         let numerics = &scene.numerics;
-        let length = numerics.point_spacing * f64::from(numerics.points_per_cell_edge);
+        let length = numerics.cell();
         let damage = JohnsonCookDamage::<R>::new(constants, length, effects.rate, effects.thermal_softening);
         if is_tanh {
             assemble::<R, D, _, _>(scene, shape, full::<R, TanhLaw<R>, _>(scene, damage))
@@ -197,7 +155,7 @@ fn with_law<R: Real, D: Dimension>(
     } else if scene.effects.artificial_viscosity {
         let (linear, quadratic) = (scene.numerics.viscosity_linear, scene.numerics.viscosity_quadratic);
         let model = full::<R, PowerLaw<R>, _>(scene, Undamaged);
-        assemble::<R, D, _, _>(scene, shape, Viscous::new(model, linear, quadratic, cell(scene)))
+        assemble::<R, D, _, _>(scene, shape, Viscous::new(model, linear, quadratic, scene.numerics.cell()))
     } else {
         plain(scene, shape)
     }
@@ -310,8 +268,9 @@ fn simulation<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R
     shape: F,
     model: M,
 ) -> Result<Box<dyn Solver>, Error> {
-    let partition = cutting_block::<R, D, _>(scene, &model);
-    let tool = tool_before_workpiece(scene)?;
+    let process = process_of(scene.kind)?;
+    let partition = fill::<R, D, M>(scene, &process.bodies(scene, D::AXES), &model);
+    let tool = process.tool(scene)?;
     let options = Options {
         courant: scene.numerics.courant,
         instructions: InstructionSet::detect(),
@@ -344,7 +303,7 @@ fn simulation<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R
         conduction.plastic_work_heats = constants.taylor_quinney > 0.0;
         simulation.set_conduction(conduction);
         if scene.effects.tool_heat {
-            let sizes = (cell(scene), scene.workpiece.width);
+            let sizes = (scene.numerics.cell(), scene.workpiece.width);
             let material = (tool.conductivity, tool.specific_heat * tool.density);
             let shape = &simulation.tool.shape;
             let body = ToolBody::new(shape, sizes, material, tool.contact_conductance);
@@ -354,86 +313,33 @@ fn simulation<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R
     Ok(Box::new(simulation))
 }
 
-/// The workpiece as a lattice of points, its left and bottom nodes fixed.
-///
-/// A wall is only as long as the workpiece: a chip flies past it. It goes on behind its surface as far as points reach:
-/// free nodes there would take the stress off points that press on it (test `the_period_converges`).
-fn cutting_block<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
+/// The bodies of a process as points on a grid.
+fn fill<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
     scene: &Scene,
+    bodies: &Bodies,
     model: &M,
 ) -> Partition<R, D, M::State> {
-    let cell = cell(scene);
-    let workpiece = &scene.workpiece;
-    let size = [workpiece.length, workpiece.height, workpiece.width];
-    // Room for the chip: a workpiece length to each side, three heights above; memory is used only where points are.
-    let before = [workpiece.length, 0.25 * workpiece.height + 8.0 * cell, workpiece.width];
-    let behind = [workpiece.length, 3.0 * workpiece.height, workpiece.width];
-    let mut counts = [1; 3];
-    let mut first = [0; 3];
-    let mut origin = [0.0; 3];
-    for axis in 0..D::AXES {
-        first[axis] = (before[axis] / cell).ceil() as i32 + 4;
-        origin[axis] = -cell * f64::from(first[axis]);
-        counts[axis] = first[axis] + ((size[axis] + behind[axis]) / cell).ceil() as i32 + 4;
-    }
-    let last = |axis: usize| {
-        if axis < D::AXES { first[axis] + (size[axis] / cell + 1e-9).floor() as i32 } else { 0 }
-    };
-    let everything = i32::MAX / 2;
-    let depth = (-everything, everything);
-    let left = FixedNodes {
-        low: [first[0] - MARGIN, first[1] - MARGIN, depth.0],
-        high: [first[0], last(1), depth.1],
-        axes: [true; 3],
-    };
-    let bottom = FixedNodes {
-        low: [first[0] - MARGIN, first[1] - MARGIN, depth.0],
-        high: [last(0), first[1], depth.1],
-        axes: [true; 3],
-    };
-    let blocks = lattice::<R, D, M>(scene, model, size, first, cell);
-    let shares_masses = scene.numerics.smoothed_increments;
-    let layout = Layout { shares_masses, ..Layout::new(counts, cell, origin) };
-    Partition::new(layout, vec![left, bottom], blocks)
-}
-
-/// Points at the centres of equal boxes that fill the block exactly.
-fn lattice<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
-    scene: &Scene,
-    model: &M,
-    size: [f64; 3],
-    first: [i32; 3],
-    cell: f64,
-) -> Vec<Block<R, D, M::State>> {
-    let start = StartLattice::new(size, scene.numerics.point_spacing, D::AXES);
-    let StartLattice { count, step } = start;
-    let volume = step.iter().product::<f64>();
-    let total = count.iter().product::<usize>();
+    let cell = scene.numerics.cell();
+    let total = bodies.lattices.iter().map(|body| body.lattice.points()).sum::<usize>();
     let mut blocks = vec![Block::empty(); total.div_ceil(BLOCK)];
-    for number in 0..total {
-        let index = start.index(number);
-        let (block, lane) = (&mut blocks[number / BLOCK], number % BLOCK);
-        let position =
-            D::vector(|axis| f64::from(first[axis]) + (index[axis] as f64 + 0.5) * step[axis] / cell);
-        block.set_grid_position(lane, position);
-        block.volume[lane] = R::from_f64(volume);
-        block.id[lane] = number as u32;
-        model.place(&mut block.state, lane, scene.workpiece.initial_temperature);
+    let mut id = 0;
+    for body in &bodies.lattices {
+        let step = body.lattice.step;
+        let volume = step.iter().product::<f64>();
+        for number in 0..body.lattice.points() {
+            let index = body.lattice.index(number);
+            let (block, lane) = (&mut blocks[id / BLOCK], id % BLOCK);
+            let position = D::vector(|axis| {
+                f64::from(body.first[axis]) + (index[axis] as f64 + 0.5) * step[axis] / cell
+            });
+            block.set_grid_position(lane, position);
+            block.volume[lane] = R::from_f64(volume);
+            block.id[lane] = id as u32;
+            model.place(&mut block.state, lane, scene.workpiece.initial_temperature);
+            id += 1;
+        }
     }
-    blocks
-}
-
-/// The tool at its feed, its foremost part within the feed `tool.initial_gap` ahead of the workpiece's right side.
-fn tool_before_workpiece(scene: &Scene) -> Result<RigidTool, Error> {
-    let tool = &scene.tool;
-    let shape =
-        ToolShape::new(tool.rake_angle, tool.clearance_angle, tool.edge_radius, tool.length, tool.height)?;
-    let feed = scene.inputs.feed;
-    let (start, direction) = (shape.rake_start(), shape.rake_direction());
-    // A face that leans forward is foremost at the workpiece's top, otherwise the edge is.
-    let on_rake = start[0] + direction[0] / direction[1] * (feed.min(tool.height) - start[1]).max(0.0);
-    let edge = shape.outline(64).into_iter().filter(|point| point[1] <= feed);
-    let foremost = edge.map(|point| point[0]).fold(on_rake, f64::min);
-    let position = [scene.workpiece.length + tool.initial_gap - foremost, scene.workpiece.height - feed];
-    Ok(RigidTool { shape, position, velocity: [0.0; 2], friction: scene.inputs.friction })
+    let shares_masses = scene.numerics.smoothed_increments;
+    let layout = Layout { shares_masses, ..Layout::new(bodies.counts, cell, bodies.origin) };
+    Partition::new(layout, bodies.fixed.clone(), blocks)
 }

@@ -43,7 +43,7 @@ pub fn integrated_area(scene: &Scene, feed: f64, travel: f64) -> f64 {
     if scene.numerics.active_window == 0.0 {
         return length * height - rigid_chip::chip(scene, feed, travel) + chip;
     }
-    let cell = scene.numerics.point_spacing * f64::from(scene.numerics.points_per_cell_edge);
+    let cell = scene.numerics.cell();
     let reach = |feeds: f64| (feeds * feed).max(SMALLEST * cell);
     let (beside, ahead) = (reach(scene.numerics.active_window * BESIDE), reach(scene.numerics.active_window));
     let cut = (travel - scene.tool.initial_gap).clamp(0.0, length);

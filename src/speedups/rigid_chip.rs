@@ -54,7 +54,7 @@ pub fn integrated_chip(scene: &Scene, feed: f64, travel: f64) -> f64 {
     if scene.numerics.active_chip == 0.0 {
         return chip;
     }
-    let cell = scene.numerics.point_spacing * f64::from(scene.numerics.points_per_cell_edge);
+    let cell = scene.numerics.cell();
     let reach = (scene.numerics.active_chip * feed).max(SMALLEST * cell);
     chip.min(THICKENING * feed * reach)
 }

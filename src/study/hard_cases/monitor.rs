@@ -20,7 +20,7 @@ pub fn cut(point_spacing: f64) -> Scene {
 
 /// Cell length (m).
 pub fn cell(scene: &Scene) -> f64 {
-    scene.numerics.point_spacing * f64::from(scene.numerics.points_per_cell_edge)
+    scene.numerics.cell()
 }
 
 /// Speed of elastic waves (m/s).
