@@ -332,8 +332,7 @@ mod tests {
     fn the_summary_has_the_band_and_the_file_of_the_fields() {
         let text = summary(&cut_to("band", 20, 0.054), Some(Path::new("out/fields/frames.pvd")));
         // The means of the steps that end at 1.1 to 1.6 mm.
-        let force =
-            "  cutting force                          13500.0 N/mm, within \u{b1}5.4 % by the price list";
+        let force = " 13500.0 N/mm, within \u{b1}5.4 % by the price list";
         assert!(text.starts_with("mean over 1.0 to 1.6 mm of travel\n"), "{text}");
         assert!(
             text.lines().any(|line| line.starts_with("  cutting force ") && line.ends_with(force)),
