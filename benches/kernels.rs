@@ -1,16 +1,18 @@
 //! Single kernels under Criterion: `cargo bench --bench kernels`. Each covers a path that no other does, on more points
-//! than the cache of one core holds; throughput is in points (or numbers) per second.
+//! than the cache of one core holds; throughput is in points (or numbers) per second. Last, the states of an FMU.
 
 #[path = "report/blocks.rs"]
 mod blocks;
 #[path = "../tests/common/mod.rs"]
 mod common;
+#[path = "../tests/importer/mod.rs"]
+mod importer;
 #[path = "../tests/common/reference_loop.rs"]
 mod plain;
 
 use blocks::{DRIVE, sheared, sheared_plain};
 use criterion::{
-    BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime,
+    BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime,
 };
 use std::hint::black_box;
 use std::time::Duration;
@@ -111,6 +113,35 @@ fn functions(c: &mut Criterion) {
     group.finish();
 }
 
+/// A state that is freed when dropped.
+struct Kept<'a>(&'a importer::Slave, *mut std::ffi::c_void);
+
+impl Drop for Kept<'_> {
+    fn drop(&mut self) {
+        self.0.free(self.1);
+    }
+}
+
+/// What masters with rollback and optimisers do in every step, through the C functions, with the reference cut's 30,000 points.
+fn states(c: &mut Criterion) {
+    let mut group = c.benchmark_group("state");
+    let slave = importer::Slave::new(false);
+    slave.initialize();
+    assert_eq!(slave.step(0.0, 1e-7), importer::Status::Ok, "{}", slave.log());
+    let state = Kept(&slave, slave.state());
+    let bytes = slave.serialize(state.1);
+    println!("{} bytes of {} points", bytes.len(), slave.get_integer("numerics.active_points"));
+    // States are freed outside of the time taken, one by one.
+    let one = BatchSize::PerIteration;
+    group.bench_function("copy", |b| b.iter_batched(|| (), |()| Kept(&slave, slave.state()), one));
+    group.bench_function("go_back", |b| b.iter(|| slave.restore(state.1)));
+    group.bench_function("serialise", |b| b.iter(|| slave.serialize(state.1)));
+    group.bench_function("deserialise", |b| {
+        b.iter_batched(|| (), |()| Kept(&slave, slave.deserialize(&bytes).1), one)
+    });
+    group.finish();
+}
+
 fn quickly() -> Criterion {
     Criterion::default()
         .sample_size(20)
@@ -118,5 +149,5 @@ fn quickly() -> Criterion {
         .measurement_time(Duration::from_secs(3))
 }
 
-criterion_group! { name = all; config = quickly(); targets = substeps, passes, functions }
+criterion_group! { name = all; config = quickly(); targets = substeps, passes, functions, states }
 criterion_main!(all);

@@ -132,33 +132,3 @@ fn nothing_flows_where_nothing_heats() {
     let adiabatic = run(&scene, 2e-6, 1e-6);
     assert_same(&conducted.point_fields(), &adiabatic.point_fields(), "conducted and adiabatic");
 }
-
-/// Conduction costs at most 10 % and tool heat at most 15 % with it, in CPU time on the reference cut (30,000 points, one
-/// thread, from 6 to 9 µs). Interleaved repetitions, of each the fastest: the machine has other work.
-#[test]
-#[ignore = "times: cargo test --release --features plot --test heat_in_a_cut -- --ignored --nocapture"]
-fn conduction_and_tool_heat_cost_little() {
-    let scenes = [(Heat::Adiabatic, false), (Heat::Conduction, false), (Heat::Conduction, true)].map(
-        |(heat, tool)| {
-            let mut scene = Scene::default();
-            (scene.effects.heat, scene.effects.tool_heat) = (heat, tool);
-            scene.numerics.threads = 1;
-            scene
-        },
-    );
-    let begun = scenes.each_ref().map(|scene| run(scene, 6e-6, 1e-6));
-    let mut least = [f64::MAX; 3];
-    for _ in 0..4 {
-        for (session, least) in begun.iter().zip(&mut least) {
-            let mut session = session.clone();
-            let start = cpu_time::ProcessTime::now();
-            advance(&mut session, 9e-6, 1e-6).expect("a stable run");
-            *least = least.min(start.elapsed().as_secs_f64());
-        }
-    }
-    println!(
-        "CPU seconds: adiabatic {:.3}, conduction {:.3}, with the tool {:.3}",
-        least[0], least[1], least[2]
-    );
-    assert!(least[1] < 1.10 * least[0] && least[2] < 1.15 * least[0], "CPU seconds {least:?}");
-}

@@ -104,6 +104,15 @@ impl Description {
         }
     }
 
+    /// Values as text with their variables' units behind: what the heads of files say.
+    pub fn with_units(&self, values: &[(String, String)]) -> Vec<(String, String)> {
+        let unit = |name: &str| match self.variable(name).map(|variable| &variable.kind) {
+            Ok(Type::Real(unit)) if !unit.is_empty() && unit != "1" => format!(" {unit}"),
+            _ => String::new(),
+        };
+        values.iter().map(|(name, value)| (name.clone(), format!("{value}{}", unit(name)))).collect()
+    }
+
     /// The variable of a name, or a message with the names most like it.
     ///
     /// # Errors
@@ -173,6 +182,16 @@ mod tests {
         assert_eq!(heat.kind, Type::Enumeration(vec![("none".into(), 1), ("adiabatic".into(), 2)]));
         assert_eq!(description.variable("material.name").unwrap().start.as_deref(), Some("a & b"));
         assert_eq!((description.stop_time, description.step_size), (4e-5, 1e-6));
+    }
+
+    /// A number in a file's head is not to be guessed at: metres, not millimetres.
+    #[test]
+    fn values_in_heads_have_units() {
+        let description = Description::read(SMALL).unwrap();
+        let values = [("feed", "0.0003"), ("effects.heat", "adiabatic"), ("other", "1")];
+        let values = values.map(|(name, value)| (name.to_string(), value.to_string()));
+        let texts: Vec<String> = description.with_units(&values).into_iter().map(|pair| pair.1).collect();
+        assert_eq!(texts, ["0.0003 m", "adiabatic", "1"]);
     }
 
     /// A misspelt name is answered with the one meant.

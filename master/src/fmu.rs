@@ -9,6 +9,7 @@ use fmi::fmi2::{Fmi2Error, Fmi2Res};
 use fmi::traits::FmiImport;
 
 use crate::description::{Description, Type, Variable};
+use crate::units::time_text;
 
 /// A loaded FMU, from which instances are made. It lives in a temporary folder until dropped.
 pub struct Fmu {
@@ -198,9 +199,10 @@ impl Instance<'_> {
                     self.raw.last_successful_time().map_err(|e| refused("the last successful time", &e))?;
                 Ok(Step::StoppedAt(reached))
             }
-            Err(e) => Err(format!(
-                "the step from {time:e} s by {step:e} s failed ({e}); see the FMU's message above"
-            )),
+            Err(e) => {
+                let (time, step) = (time_text(time), time_text(step));
+                Err(format!("the step from {time} by {step} failed ({e}); see the FMU's message above"))
+            }
         }
     }
 }

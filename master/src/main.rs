@@ -2,26 +2,26 @@
 
 use std::process::ExitCode;
 
-use swarf_master::options::Options;
+use clap::Parser;
+use swarf_master::options::{CommandLine, Options};
 use swarf_master::run::{Ending, estimate, run};
 use swarf_master::{messages, report};
 
 fn main() -> ExitCode {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let line = CommandLine::parse();
     messages::install();
-    let outcome = Options::read(&arguments).and_then(|options| {
+    let outcome = Options::of(line).and_then(|options| {
         if options.estimate {
             return estimate(&options).map(|()| ExitCode::SUCCESS);
         }
         let cut = run(&options)?;
-        if let Ending::Interrupted = cut.ending {
-            return Ok(ExitCode::from(130));
-        }
         report::write(&options, &cut)?;
-        if let Ending::Failed(text) = &cut.ending {
-            return Err(text.clone());
+        match cut.ending {
+            Ending::Complete => Ok(ExitCode::SUCCESS),
+            // What a shell gives a program that Ctrl-C ended.
+            Ending::Interrupted => Ok(ExitCode::from(130)),
+            Ending::Failed(text) => Err(text),
         }
-        Ok(ExitCode::SUCCESS)
     });
     outcome.unwrap_or_else(|text| {
         eprintln!("swarf-master: {text}");

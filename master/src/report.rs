@@ -12,9 +12,9 @@ use swarf::output::vtk::read_points;
 
 use crate::history::History;
 use crate::options::Options;
-use crate::run::Cut;
+use crate::run::{Cut, FRAME_TRAVEL};
 
-/// Travel over which means are taken (m): behind the entry, before the end.
+/// Travel over which means are taken (m): behind the entry, before the end. A run that ended before takes its second half.
 const STEADY: [f64; 2] = [1.0e-3, 1.6e-3];
 /// Travels at which pictures are drawn (m).
 const PICTURES: [f64; 4] = [0.5e-3, 1.0e-3, 1.5e-3, 2.0e-3];
@@ -28,32 +28,61 @@ const KELVIN: f64 = 273.15;
 /// When a file cannot be read or written.
 pub fn write(options: &Options, cut: &Cut) -> Result<(), String> {
     let out = options.out.as_path();
-    let table = summary(cut);
+    let frames = frames_folder(cut, out).join("frames.pvd");
+    let table = summary(cut, Some(frames.as_path()).filter(|path| path.is_file()));
     print!("{table}");
     let path = out.join("summary.txt");
-    let text = format!("{}{table}", history_head(&cut.parameters));
+    let text = format!("{}{table}", history_head(&cut.heads));
     swarf::output::vtk::replace(&path, text.as_bytes()).map_err(|e| e.to_string())?;
-    let provenance = Provenance { footer: footer(cut), parameters: cut.parameters.clone() };
+    let provenance = Provenance { footer: footer(cut), parameters: cut.heads.clone() };
     plots(out, cut, &provenance).map_err(|e| e.to_string())?;
     let pictures = pictures(cut, out, &provenance).map_err(|e| e.to_string())?;
     println!("history, {pictures} pictures of the fields and plots are in '{}'", out.display());
     Ok(())
 }
 
+/// Folder of the fields' files.
+fn frames_folder(cut: &Cut, out: &Path) -> PathBuf {
+    text(cut, "results.directory").map_or_else(|| out.join("fields"), PathBuf::from)
+}
+
+/// The travel over which means are taken (m).
+fn steady(history: &History) -> [f64; 2] {
+    let end = history.last("travel");
+    // Travel is read from a position in the FMU: a rounding is forgiven.
+    if end >= STEADY[1] - 1e-9 { STEADY } else { [0.5 * end, end] }
+}
+
+/// By how much the cutting force may be off, as it stands behind the force.
+fn band_text(band: f64) -> String {
+    if band > 0.0 && band < 1.0 {
+        format!("N/mm, within \u{b1}{:.1} % by the price list", 100.0 * band)
+    } else {
+        "N/mm, of unknown error: the price list has no such cut".into()
+    }
+}
+
 /// The table.
-fn summary(cut: &Cut) -> String {
+///
+/// * `frames`: the file that ParaView opens, if there is one
+fn summary(cut: &Cut, frames: Option<&Path>) -> String {
     let history = &cut.history;
     let width = 1e3 * value(cut, "workpiece.width");
     let largest = |name: &str| history.column(name).iter().fold(0.0, |most: f64, v| most.max(v.abs()));
     let smallest = |name: &str| history.column(name).iter().copied().fold(f64::INFINITY, f64::min);
-    let mean = |name: &str, scale: f64, shift: f64, decimals: usize| match history.mean(name, STEADY) {
+    let span = steady(history);
+    let mean = |name: &str, scale: f64, shift: f64, decimals: usize| match history.mean(name, span) {
         Some(value) => format!("{:.decimals$}", scale * value + shift),
         None => "not reached".into(),
     };
     let celsius = |name: &str| format!("{:.0}", history.last(name) - KELVIN);
+    let decimals = if span == STEADY { 1 } else { 2 };
+    let [from, to] = span.map(|travel| format!("{:.decimals$}", 1e3 * travel));
+    let means = format!("mean over {from} to {to} mm of travel");
+    let band = band_text(history.last("numerics.force_error_band"));
     let rows = [
-        ("mean over 1.0 to 1.6 mm of travel", String::new(), ""),
-        ("  cutting force", mean("cutting_force", 1.0 / width, 0.0, 1), "N/mm"),
+        (means.as_str(), String::new(), if span == STEADY { "" } else { "(short: not yet steady)" }),
+        ("  cutting force", mean("cutting_force", 1.0 / width, 0.0, 1), band.as_str()),
         ("  thrust force", mean("thrust_force", 1.0 / width, 0.0, 1), "N/mm"),
         ("  chip temperature", mean("chip_temperature", 1.0, -KELVIN, 0), "degC"),
         ("  chip thickness", mean("chip_thickness", 1e3, 0.0, 3), "mm"),
@@ -72,9 +101,14 @@ fn summary(cut: &Cut) -> String {
         ("  CPU time, all threads", format!("{:.1}", cut.cpu_seconds), "s"),
         ("  wall time", format!("{:.1}", cut.wall_seconds), "s"),
     ];
-    rows.iter()
-        .map(|(name, value, unit)| format!("{name:<34}{value:>12} {unit}").trim_end().to_string() + "\n")
-        .collect()
+    let line = |(name, value, unit): &(&str, String, &str)| {
+        format!("{name:<34}{value:>12} {unit}").trim_end().to_string() + "\n"
+    };
+    let mut text: String = rows.iter().map(line).collect();
+    if let Some(frames) = frames {
+        text += &format!("fields over time, for ParaView      {}\n", frames.display());
+    }
+    text
 }
 
 /// Forces, temperatures and strains, and the energy ledger over travel.
@@ -139,16 +173,50 @@ fn plots(out: &Path, cut: &Cut, provenance: &Provenance) -> Result<(), swarf::Er
     draw_charts(&out.join("energy.png"), "Energy ledger", travel, &[energy, error], provenance)
 }
 
+/// Travels (m) at which there are pictures, of a run that ended at `end` (m): those it reached, and its end.
+fn picture_travels(end: f64) -> Vec<f64> {
+    let mut wanted: Vec<f64> = PICTURES.into_iter().filter(|travel| end >= travel - 2e-5).collect();
+    let last = wanted.last().copied().unwrap_or(0.0);
+    // Within a frame of the last one, or of the start, there is nothing else to see.
+    if end >= last + FRAME_TRAVEL {
+        wanted.push(end);
+    }
+    wanted
+}
+
+/// Removes what an earlier run drew at travels that this one may not have reached; a picture that this program did not draw
+/// stays.
+fn remove_old_pictures(out: &Path) -> Result<(), swarf::Error> {
+    let refused = |path: &Path, e: std::io::Error| swarf::Error::File {
+        path: path.display().to_string(),
+        reason: e.to_string(),
+    };
+    for entry in std::fs::read_dir(out).map_err(|e| refused(out, e))? {
+        let path = entry.map_err(|e| refused(out, e))?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let is_picture = ["strain_", "temperature_"].iter().any(|start| name.starts_with(start));
+        if is_picture && name.ends_with(".png") && is_ours(&path) {
+            std::fs::remove_file(&path).map_err(|e| refused(&path, e))?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether a picture is signed by this program, near its beginning.
+fn is_ours(path: &Path) -> bool {
+    let start = std::fs::read(path).unwrap_or_default();
+    let mark = swarf::output::vtk::MARK.as_bytes();
+    start.windows(mark.len()).take(200).any(|window| window == mark)
+}
+
 /// Strain and temperature on the points at several travels, and the scatter of strain over x; gives their number.
 fn pictures(cut: &Cut, out: &Path, provenance: &Provenance) -> Result<usize, swarf::Error> {
-    let folder = text(cut, "results.directory").map_or_else(|| out.join("fields"), PathBuf::from);
+    remove_old_pictures(out)?;
+    let folder = frames_folder(cut, out);
     let files = if folder.is_dir() { frames_in(&folder)? } else { Vec::new() };
     let mut frames: Vec<(f64, PointFields)> = Vec::new();
-    for wanted in PICTURES {
-        // The frame nearest to the travel wanted; none where the run ended before.
-        if cut.history.last("travel") < wanted - 2e-5 {
-            continue;
-        }
+    for wanted in picture_travels(cut.history.last("travel")) {
+        // The frame nearest to the travel wanted.
         let mut nearest: Option<(f64, &(PathBuf, PathBuf))> = None;
         for pair in &files {
             let travel = cut.history.travel_at(swarf::output::vtk::read_time(&pair.0)?);
@@ -238,4 +306,88 @@ fn value(cut: &Cut, name: &str) -> f64 {
 
 fn first(history: &History, name: &str) -> f64 {
     history.column(name).into_iter().find(|v| *v > 0.0).unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::Ending;
+
+    /// A run with two outputs, that went so far (mm) in steps of a tenth.
+    fn cut_to(name: &str, tenths: u32, band: f64) -> Cut {
+        let path = std::env::temp_dir().join(format!("swarf-report-{name}-{}.csv", std::process::id()));
+        let _ = std::fs::remove_file(&path);
+        let columns = ["cutting_force", "numerics.force_error_band"].map(String::from);
+        let mut history = History::begin(&path, &[], &columns).unwrap();
+        for k in 0..=tenths {
+            let travel = 1e-4 * f64::from(k);
+            history.add(vec![travel / 50.0, travel, 1e3 * f64::from(k), band]).unwrap();
+        }
+        std::fs::remove_file(path).unwrap();
+        let parameters = vec![("workpiece.width".to_string(), "0.001".to_string())];
+        let heads = parameters.clone();
+        Cut { history, parameters, heads, ending: Ending::Complete, cpu_seconds: 1.0, wall_seconds: 1.0 }
+    }
+
+    /// A force means nothing without its error, and the fields are of no use to who does not know which file to open.
+    #[test]
+    fn the_summary_has_the_band_and_the_file_of_the_fields() {
+        let text = summary(&cut_to("band", 20, 0.054), Some(Path::new("out/fields/frames.pvd")));
+        // The means of the steps that end at 1.1 to 1.6 mm.
+        let force = " 13500.0 N/mm, within \u{b1}5.4 % by the price list";
+        assert!(text.starts_with("mean over 1.0 to 1.6 mm of travel\n"), "{text}");
+        assert!(
+            text.lines().any(|line| line.starts_with("  cutting force ") && line.ends_with(force)),
+            "{text}"
+        );
+        assert!(text.lines().last().is_some_and(|line| line.ends_with("out/fields/frames.pvd")), "{text}");
+        let unknown = summary(&cut_to("unknown", 20, 1.0), None);
+        assert!(unknown.contains("13500.0 N/mm, of unknown error"), "{unknown}");
+        assert!(!unknown.contains("ParaView"), "{unknown}");
+    }
+
+    /// A run that was stopped tells what it has: the mean over its second half, and says that this is no steady one.
+    #[test]
+    fn a_short_run_has_means_of_its_second_half() {
+        let text = summary(&cut_to("short", 8, 0.054), None);
+        let head = text.lines().next().unwrap_or_default();
+        assert!(
+            head.starts_with("mean over 0.40 to 0.80 mm of travel") && head.contains("not yet"),
+            "{text}"
+        );
+        // The steps that end at 0.5 to 0.8 mm.
+        assert!(text.contains("6500.0 N/mm"), "{text}");
+        assert!(summary(&cut_to("none", 0, 0.0), None).contains("not reached"));
+    }
+
+    /// Wherever a run ends there is a picture of its end, and none twice.
+    #[test]
+    fn a_run_that_ends_early_is_seen_at_its_end() {
+        assert_eq!(picture_travels(2e-3), PICTURES);
+        assert_eq!(picture_travels(1.99e-3), PICTURES);
+        assert_eq!(picture_travels(0.83e-3), [0.5e-3, 0.83e-3]);
+        assert_eq!(picture_travels(0.3e-3), [0.3e-3]);
+        assert_eq!(picture_travels(0.05e-3), []);
+    }
+
+    /// Pictures of an earlier run do not stand beside this one's; others' are not touched.
+    #[test]
+    fn old_pictures_go_and_foreign_ones_stay() {
+        let folder = std::env::temp_dir().join(format!("swarf-pictures-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let ours = format!("\u{89}PNG iTXtDescription # {} 1.0\n", swarf::output::vtk::MARK);
+        for (name, content) in
+            [("strain_2.0mm.png", ours.as_str()), ("strain_mine.png", "a PNG"), ("forces.png", &ours)]
+        {
+            std::fs::write(folder.join(name), content).unwrap();
+        }
+        remove_old_pictures(&folder).unwrap();
+        let mut left: Vec<String> = std::fs::read_dir(&folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+            .collect();
+        left.sort_unstable();
+        assert_eq!(left, ["forces.png", "strain_mine.png"]);
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
 }

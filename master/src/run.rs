@@ -13,11 +13,14 @@ use crate::fmu::{Fmu, Instance, Step, output_variables};
 use crate::history::History;
 use crate::messages;
 use crate::options::Options;
+use crate::units::time_text;
 
 /// Travel of the paper's cut (m).
 const TRAVEL: f64 = 2e-3;
+/// Feeds before the workpiece's left side, which is held, at which a cut ends: nearer, the force rises.
+const FEEDS_LEFT: f64 = 2.0;
 /// Travel between two frames of the fields (m).
-const FRAME_TRAVEL: f64 = 1e-4;
+pub(crate) const FRAME_TRAVEL: f64 = 1e-4;
 
 /// What a run gave.
 pub struct Cut {
@@ -25,6 +28,8 @@ pub struct Cut {
     pub history: History,
     /// All parameters and inputs as the FMU had them.
     pub parameters: Vec<(String, String)>,
+    /// The same with their units, as they stand in the heads of files.
+    pub heads: Vec<(String, String)>,
     /// How it ended.
     pub ending: Ending,
     /// Processor time of all threads (s).
@@ -60,19 +65,61 @@ pub fn estimate(options: &Options) -> Result<(), String> {
     let took = begin.elapsed().as_secs_f64();
     let cpu_seconds = instance.get("numerics.estimated_cpu_time")?;
     let band = 100.0 * instance.get("numerics.force_error_band")?;
+    let stop = time_text(stop);
     println!(
-        "to {stop:.3e} s: about {cpu_seconds:.1} s of CPU time; cutting force within ±{band:.1} % by the price list"
+        "to {stop}: about {cpu_seconds:.1} s of CPU time; cutting force within ±{band:.1} % by the price list"
     );
     println!("({} points; built and estimated in {took:.2} s)", instance.get("numerics.active_points")?);
     instance_terminate(&mut instance);
     Ok(())
 }
 
-/// End of the run (s): as asked for, or after the paper's travel.
+/// End of the run (s): as asked for, or after the paper's travel, sooner where the workpiece is too short for it.
 fn stop_time(options: &Options, fmu: &Fmu) -> Result<f64, String> {
-    let velocity = start_velocity(options, fmu)?;
-    let travel_time = if velocity > 0.0 { TRAVEL / velocity } else { fmu.description.stop_time };
-    Ok(options.stop.unwrap_or(travel_time))
+    if let Some(stop) = options.stop {
+        return Ok(stop);
+    }
+    let velocity = start_value(options, fmu, "tool_velocity")?;
+    if velocity <= 0.0 {
+        return Ok(fmu.description.stop_time);
+    }
+    if start_text(options, fmu, "workpiece.endless")
+        .is_some_and(|text| ["true", "1"].contains(&text.as_str()))
+    {
+        return Ok(TRAVEL / velocity);
+    }
+    let number = |name: &str| start_value(options, fmu, name);
+    let [length, gap, feed] = [number("workpiece.length")?, number("tool.initial_gap")?, number("feed")?];
+    let travel = usual_travel(length, gap, feed)?;
+    if travel < TRAVEL {
+        eprintln!(
+            "swarf-master: to {:.3} mm of travel, {FEEDS_LEFT} feeds before the workpiece's held side \
+             ({} mm in a longer one; --stop sets another end)",
+            1e3 * travel,
+            1e3 * TRAVEL
+        );
+    }
+    Ok(travel / velocity)
+}
+
+/// Travel of a cut whose end is not set (m).
+///
+/// * `length`: of the workpiece along the cut (m)
+/// * `gap`: from the tool's edge to the workpiece at the start (m)
+/// * `feed`: (m)
+///
+/// # Errors
+/// When the workpiece ends before the cut begins.
+fn usual_travel(length: f64, gap: f64, feed: f64) -> Result<f64, String> {
+    let left = FEEDS_LEFT * feed;
+    if length <= left {
+        let [length, left] = [1e3 * length, 1e3 * left];
+        return Err(format!(
+            "workpiece.length = {length:.3} mm leaves nothing to cut: a run ends {FEEDS_LEFT} feeds ({left:.3} mm) before \
+             the held side; --stop sets another end"
+        ));
+    }
+    Ok(TRAVEL.min(gap + length - left))
 }
 
 /// Runs the cut.
@@ -89,10 +136,10 @@ pub fn run(options: &Options) -> Result<Cut, String> {
     for (name, value) in &options.set {
         instance.set_text(name, value)?;
     }
-    let velocity = start_velocity(options, &fmu)?;
-    if !options.set.iter().any(|pair| pair.0 == "results.directory") {
+    let velocity = start_value(options, &fmu, "tool_velocity")?;
+    if options.set_value("results.directory").is_none() {
         instance.set_text("results.directory", &out.join("fields").display().to_string())?;
-        if velocity > 0.0 && !options.set.iter().any(|pair| pair.0 == "results.interval") {
+        if velocity > 0.0 && options.set_value("results.interval").is_none() {
             instance.set_text("results.interval", &format!("{:e}", FRAME_TRAVEL / velocity))?;
         }
     }
@@ -102,9 +149,10 @@ pub fn run(options: &Options) -> Result<Cut, String> {
     instance.initialize(0.0, stop)?;
 
     let parameters = instance.parameters()?;
-    messages::into_file(&out.join("messages.log"), &history_head(&parameters))?;
+    let heads = fmu.description.with_units(&parameters);
+    messages::into_file(&out.join("messages.log"), &history_head(&heads))?;
     let names: Vec<String> = output_variables(&fmu.description).iter().map(|v| v.name.clone()).collect();
-    let mut history = History::begin(&out.join("history.csv"), &parameters, &names)?;
+    let mut history = History::begin(&out.join("history.csv"), &heads, &names)?;
     let (cpu, wall) = (ProcessTime::now(), Instant::now());
     let ending = steps(&mut instance, &mut history, stop, step, &stop_asked)?;
     let (cpu_seconds, wall_seconds) = (cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64());
@@ -116,18 +164,22 @@ pub fn run(options: &Options) -> Result<Cut, String> {
             "swarf-master: ended at {travel:.3} mm of travel; '{path}' is complete up to there ({lines} lines)"
         );
     }
-    Ok(Cut { history, parameters, ending, cpu_seconds, wall_seconds })
+    Ok(Cut { history, parameters, heads, ending, cpu_seconds, wall_seconds })
 }
 
-/// The cutting speed at the start (m/s): what was set, or the description's start value.
+/// A variable's value at the start as text: what was set, or the description's start value.
 ///
 /// An FMU gives no value before it is initialized.
-fn start_velocity(options: &Options, fmu: &Fmu) -> Result<f64, String> {
-    let set = options.set.iter().rfind(|pair| pair.0 == "tool_velocity").map(|pair| pair.1.clone());
-    let text =
-        set.or_else(|| fmu.description.variable("tool_velocity").ok()?.start.clone()).unwrap_or_default();
-    let number = swarf::variables::real_from_text("tool_velocity", &text).map_err(|e| e.to_string())?;
-    number.ok_or_else(|| format!("tool_velocity = '{text}': a number in m/s is needed"))
+fn start_text(options: &Options, fmu: &Fmu, name: &str) -> Option<String> {
+    let set = options.set_value(name).map(String::from);
+    set.or_else(|| fmu.description.variable(name).ok()?.start.clone())
+}
+
+/// A quantity's value at the start, in SI.
+fn start_value(options: &Options, fmu: &Fmu, name: &str) -> Result<f64, String> {
+    let text = start_text(options, fmu, name).unwrap_or_default();
+    let number = swarf::variables::real_from_text(name, &text).map_err(|e| e.to_string())?;
+    number.ok_or_else(|| format!("{name} = '{text}': a number is needed"))
 }
 
 /// Steps to the end; a line of the history at every communication point.
@@ -237,5 +289,21 @@ fn instance_terminate(instance: &mut Instance) {
     use fmi::fmi2::instance::Common;
     if let Err(e) = instance.raw.terminate() {
         eprintln!("swarf-master: the FMU did not end in order ({e})");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The reference cut goes the paper's 2 mm; where the held side is nearer, its fixture would be measured, not the cut.
+    #[test]
+    fn a_cut_ends_before_the_held_side() {
+        assert_eq!(usual_travel(3e-3, 1e-5, 3e-4), Ok(TRAVEL));
+        let short = usual_travel(1.5e-3, 1e-5, 3e-4).unwrap();
+        // Three terms of 1e-3.
+        assert!((short - 0.91e-3).abs() <= 4.0 * f64::EPSILON * 1e-3, "{short} m");
+        let error = usual_travel(6e-4, 1e-5, 3e-4).unwrap_err();
+        assert!(error.contains("workpiece.length = 0.600 mm") && error.contains("--stop"), "{error}");
     }
 }

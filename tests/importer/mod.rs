@@ -164,6 +164,13 @@ impl Slave {
         unsafe { fmi2SetFMUstate(self.component, state) }
     }
 
+    /// Frees a state.
+    pub fn free(&self, mut state: *mut c_void) {
+        // SAFETY: the component is alive, the place is ours; states are not followed as pointers.
+        let status = unsafe { fmi2FreeFMUstate(self.component, &raw mut state) };
+        assert_eq!(status, Status::Ok, "{}", self.log());
+    }
+
     /// A state as bytes.
     pub fn serialize(&self, state: *mut c_void) -> Vec<u8> {
         let mut size = 0;

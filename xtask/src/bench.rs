@@ -28,30 +28,76 @@ struct Committed {
     instructions_per_point: BTreeMap<String, f64>,
 }
 
+/// What is measured, and how long.
+#[derive(clap::Args)]
+#[command(group = clap::ArgGroup::new("what"))]
+pub struct Arguments {
+    /// Under a minute
+    #[arg(long, conflicts_with_all = ["what", "full"])]
+    quick: bool,
+    /// Long warm-ups, and the whole cut with the paper's 120,000 points; of a row, its own size
+    #[arg(long, conflicts_with_all = ["rows", "kernels", "instructions"])]
+    full: bool,
+    /// One measurement, also in target/bench/NAME.json
+    #[arg(long, value_name = "NAME", group = "what")]
+    row: Option<String>,
+    /// List the measurements of --row
+    #[arg(long, group = "what")]
+    rows: bool,
+    /// All of them
+    #[arg(long, group = "what")]
+    all_rows: bool,
+    /// Leave out those that have been measured
+    #[arg(long, requires = "all_rows")]
+    resume: bool,
+    /// Single kernels under Criterion; Criterion's own options behind --
+    #[arg(long, group = "what")]
+    kernels: bool,
+    /// Kernels whose names have this in them
+    #[arg(value_name = "FILTER", requires = "kernels")]
+    filter: Vec<String>,
+    /// Instructions of each kernel against tests/data/instruction_counts.toml (needs valgrind)
+    #[arg(long, group = "what")]
+    instructions: bool,
+    /// Write that file
+    #[arg(long, requires = "instructions")]
+    write: bool,
+}
+
 /// The command.
 ///
 /// # Errors
-/// An unknown argument, a failed build or run, or counts above the committed ones.
-pub fn run(arguments: &[&str]) -> Outcome {
-    match arguments {
-        ["--instructions"] => check_instructions(false),
-        ["--instructions", "--write"] => check_instructions(true),
-        ["--kernels", rest @ ..] => {
-            let mut command = process::cargo(&["bench", "--package", "swarf", "--bench", "kernels", "--"]);
-            process::run(command.args(rest))
-        }
-        ["--rows"] => process::run(report().args(["--", "--rows"])),
-        ["--row", name, rest @ ..] if matches!(rest, [] | ["--full"]) => measure_row(name, rest),
-        ["--all-rows", rest @ ..] => all_rows(rest),
-        [] | ["--quick" | "--full"] => {
-            let out = target().join("bench/bench.json");
-            std::fs::create_dir_all(target().join("bench"))
-                .map_err(|e| format!("cannot make '{}': {e}", target().join("bench").display()))?;
-            let mut command = report();
-            process::run(command.arg("--").args(arguments).arg("--out").arg(out))
-        }
-        other => Err(format!("bench: unknown arguments '{}'", other.join(" "))),
+/// A failed build or run, or counts above the committed ones.
+pub fn run(arguments: &Arguments) -> Outcome {
+    let size = if arguments.full { &["--full"][..] } else { &[] };
+    if arguments.instructions {
+        return check_instructions(arguments.write);
     }
+    if arguments.kernels {
+        let mut command = process::cargo(&["bench", "--package", "swarf", "--bench", "kernels"]);
+        process::compile(command.arg("--no-run"))?;
+        let mut command = process::cargo(&["bench", "--package", "swarf", "--bench", "kernels", "--"]);
+        return process::run(command.args(&arguments.filter));
+    }
+    process::compile(report().arg("--no-run"))?;
+    if arguments.rows {
+        return process::run(report().args(["--", "--rows"]));
+    }
+    if let Some(name) = &arguments.row {
+        return measure_row(name, size);
+    }
+    if arguments.all_rows {
+        return all_rows(size, arguments.resume);
+    }
+    let out = target().join("bench/bench.json");
+    std::fs::create_dir_all(target().join("bench"))
+        .map_err(|e| format!("cannot make '{}': {e}", target().join("bench").display()))?;
+    let mut command = report();
+    command.arg("--").args(size);
+    if arguments.quick {
+        command.arg("--quick");
+    }
+    process::run(command.arg("--out").arg(out))
 }
 
 /// Measures one row and writes `target/bench/NAME.json`.
@@ -62,22 +108,14 @@ fn measure_row(name: &str, size: &[&str]) -> Outcome {
     process::run(report().args(["--", "--row", name]).args(size).arg("--out").arg(out))
 }
 
-/// Measures every row; with `--resume` those that have no file yet.
-fn all_rows(arguments: &[&str]) -> Outcome {
-    let (mut size, mut resumes) = (Vec::new(), false);
-    for &word in arguments {
-        match word {
-            "--full" => size.push(word),
-            "--resume" => resumes = true,
-            other => return Err(format!("bench: unknown argument '{other}'")),
-        }
-    }
+/// Measures every row, or those that have no file yet.
+fn all_rows(size: &[&str], resumes: bool) -> Outcome {
     let rows = process::output(report().args(["--quiet", "--", "--rows"]))?;
     for name in rows.lines().filter_map(|line| line.split_whitespace().next()) {
         if resumes && row_path(name).exists() {
             println!("{name}: measured before, see '{}'", row_path(name).display());
         } else {
-            measure_row(name, &size)?;
+            measure_row(name, size)?;
         }
     }
     Ok(())
@@ -113,7 +151,7 @@ fn check_instructions(writes: bool) -> Outcome {
     let text = process::read(&path)?;
     let committed: Committed = toml::from_str(&text).map_err(|e| format!("'{}': {e}", path.display()))?;
     let rustc = rustc_version()?;
-    process::run(counted()?.arg("--no-run"))?;
+    process::compile(counted()?.arg("--no-run"))?;
     let tolerance =
         if rustc == committed.rustc { committed.tolerance_same_compiler } else { committed.tolerance };
     let mut counted = BTreeMap::new();

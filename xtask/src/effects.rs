@@ -16,22 +16,27 @@ use crate::{Outcome, process, target};
 /// Places of the tool between which instructions are counted (mm of travel): the chip forms, points yield.
 const PLACES: [&str; 2] = ["0.25", "0.30"];
 
+/// How the table is made.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// At 30,000 points
+    #[arg(long)]
+    full: bool,
+    /// The library's build time, too
+    #[arg(long)]
+    build: bool,
+    /// This effect alone
+    #[arg(long, value_name = "NAME")]
+    effect: Option<String>,
+}
+
 /// The command.
 ///
 /// # Errors
-/// An unknown argument, or a failed build or run.
-pub fn run(arguments: &[&str]) -> Outcome {
-    let (mut coarsening, mut builds, mut only) = ("4", false, None);
-    let mut words = arguments.iter();
-    while let Some(&word) = words.next() {
-        match word {
-            "--full" => coarsening = "1",
-            "--build" => builds = true,
-            "--effect" => only = Some(*words.next().ok_or("--effect needs a name")?),
-            other => return Err(format!("effects: unknown argument '{other}'")),
-        }
-    }
-    process::run(report().arg("--no-run"))?;
+/// A failed build or run.
+pub fn run(arguments: &Arguments) -> Outcome {
+    let coarsening = if arguments.full { "1" } else { "4" };
+    process::compile(report().arg("--no-run"))?;
     let uncounted = cannot_count();
     if let Some(why) = &uncounted {
         eprintln!("xtask: NO INSTRUCTION COUNTS: {why}");
@@ -42,7 +47,7 @@ pub fn run(arguments: &[&str]) -> Outcome {
          chip strain |\n{}\n",
         "|---|---|---|---|---|---|---|---|"
     );
-    for name in names.lines().filter(|name| only.is_none_or(|only| only == *name)) {
+    for name in names.lines().filter(|name| arguments.effect.as_ref().is_none_or(|only| only == name)) {
         let line = row(name, coarsening, uncounted.is_none())?;
         println!("{line}");
         writeln!(text, "{line}").map_err(|e| e.to_string())?;
@@ -50,7 +55,7 @@ pub fn run(arguments: &[&str]) -> Outcome {
     if coarsening != "1" {
         text.push_str("\nWith points four times as far apart: no measurement of what the effects change.\n");
     }
-    text.push_str(&library(builds)?);
+    text.push_str(&library(arguments.build)?);
     let out = target().join("effects/effects.md");
     process::write(&out, text.as_bytes())?;
     println!("\n{text}\nwritten to {}", out.display());
@@ -110,7 +115,7 @@ fn library(builds: bool) -> Outcome<String> {
     }
     let begin = Instant::now();
     let mut build = process::cargo(&["build", "--release", "--package", "swarf", "--lib", "--target-dir"]);
-    process::run(build.arg(&folder))?;
+    process::compile(build.arg(&folder))?;
     let seconds = begin.elapsed().as_secs_f64();
     let library = folder.join("release/libswarf.so");
     let symbols = process::output(Command::new("nm").arg(&library))?;

@@ -17,23 +17,23 @@ const FLAGS: [&str; 8] = [
     "-Ccodegen-units=1",
 ];
 
+/// How long and how.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// How long
+    #[arg(long, value_name = "N", default_value = "15")]
+    minutes: f64,
+    /// With LLVM's address sanitizer, which takes the nightly compiler
+    #[arg(long)]
+    address_sanitizer: bool,
+}
+
 /// Builds the target and runs it; inputs that reach new code, and findings, are kept in `target/fuzz` (or `fuzz-asan`).
 ///
 /// # Errors
 /// A failed build, or a finding.
-pub fn run(arguments: &[&str]) -> Outcome {
-    let (mut minutes, mut has_sanitizer) = (15.0, false);
-    let mut words = arguments.iter();
-    while let Some(word) = words.next() {
-        match *word {
-            "--minutes" => {
-                let text = words.next().ok_or("--minutes needs a number")?;
-                minutes = text.parse().map_err(|_| format!("--minutes {text} is no number"))?;
-            }
-            "--address-sanitizer" => has_sanitizer = true,
-            other => return Err(format!("fuzz: unknown argument '{other}'")),
-        }
-    }
+pub fn run(arguments: &Arguments) -> Outcome {
+    let &Arguments { minutes, address_sanitizer: has_sanitizer } = arguments;
     let mut flags: Vec<&str> = FLAGS.to_vec();
     let mut build = if has_sanitizer {
         flags.push("-Zsanitizer=address");
@@ -48,13 +48,13 @@ pub fn run(arguments: &[&str]) -> Outcome {
     build.args(["--release", "--manifest-path", "fuzz/Cargo.toml", "--target", "x86_64-unknown-linux-gnu"]);
     build.arg("--target-dir").arg(&folder).env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
     build.env_remove("RUSTFLAGS").env_remove("RUSTC").env_remove("RUSTUP_TOOLCHAIN");
-    process::run(&mut build)?;
+    process::compile(&mut build)?;
     let (corpus, findings) = (folder.join("corpus"), folder.join("findings"));
     for path in [&corpus, &findings] {
         std::fs::create_dir_all(path).map_err(|e| format!("cannot make '{}': {e}", path.display()))?;
     }
     let mut command = std::process::Command::new(folder.join("x86_64-unknown-linux-gnu/release/calls"));
-    command.arg(format!("-max_total_time={}", (60.0_f64 * minutes) as u64));
+    command.arg(format!("-max_total_time={}", (60.0 * minutes) as u64));
     command.args(["-timeout=60", "-rss_limit_mb=4096", "-max_len=600", "-print_final_stats=1"]);
     command.arg(format!("-artifact_prefix={}/", findings.display())).arg(corpus);
     process::run(&mut command)

@@ -8,36 +8,39 @@ const SCENES: &str = "2000";
 /// Between these lines of docs/hard-cases.md stands the table.
 const MARKS: [&str; 2] = ["<!-- table -->\n", "<!-- end of table -->\n"];
 
+/// Which cases are run, and how.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Cases by number or name, without the random scenes; all and the random scenes if there is none
+    #[arg(value_name = "CASE")]
+    cases: Vec<String>,
+    /// As in the tests, seconds each
+    #[arg(long)]
+    short: bool,
+    /// Put the table, of the full form, into docs/hard-cases.md
+    #[arg(long, conflicts_with = "short")]
+    write: bool,
+}
+
 /// Runs the cases into `target/hard-cases`, or `target/hard-cases-short`; those named, or all and the random scenes.
 ///
 /// # Errors
 /// A failed build, random scenes that broke a promise, or files that cannot be written. A case that fails is no error: it
 /// stands in the table.
-pub fn run(arguments: &[&str]) -> Outcome {
-    let is_short = arguments.contains(&"--short");
-    let writes = arguments.contains(&"--write");
-    if is_short && writes {
-        return Err(
-            "hard-cases: --write puts the full form into the docs; it does not go with --short".into()
-        );
-    }
-    let cases: Vec<&str> = arguments.iter().copied().filter(|word| !word.starts_with("--")).collect();
-    if let Some(other) =
-        arguments.iter().find(|word| word.starts_with("--") && !["--short", "--write"].contains(word))
-    {
-        return Err(format!("hard-cases: unknown argument '{other}'; it takes --short, --write and cases"));
-    }
+pub fn run(arguments: &Arguments) -> Outcome {
+    let is_short = arguments.short;
     let out = target().join(if is_short { "hard-cases-short" } else { "hard-cases" });
-    let mut rest = cases.clone();
+    let mut rest: Vec<&str> = arguments.cases.iter().map(String::as_str).collect();
     if is_short {
         rest.insert(0, "--short");
     }
     verify::swarf("hard-cases", &out, &rest)?;
-    if writes {
+    if arguments.write {
         put_table(&process::read(&out.join("table.md"))?)?;
     }
-    if cases.is_empty() {
+    if arguments.cases.is_empty() {
         let tools = setup::prepare()?;
+        process::compile(tools.apply(tests()?.args(["--test", "random_scenes", "--no-run"])))?;
         let mut command = tests()?;
         command.args(["--test", "random_scenes"]);
         if !is_short {

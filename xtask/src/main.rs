@@ -19,91 +19,88 @@ mod verify;
 mod windows;
 mod wine;
 
+/// The options of a cut, as the embedded master reads them.
+#[path = "../../master/src/arguments.rs"]
+mod cut_arguments;
+
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-const USAGE: &str = "\
-cargo xtask COMMAND
+use clap::{Parser, Subcommand};
 
-  cut [--paper | --quick] [--set NAME=VALUE]... [--stop S] [--step S] [--out DIR] [--estimate]
-            package swarf.fmu and run a cut through it: tables, plots and pictures in target/cut
-            --paper   120,000 points, as the paper          --quick   about 1,900 points, a first look
-            --set     any parameter or input of the FMU, e.g. --set friction=0 --set feed=0.5mm --set tool.rake_angle=10deg
-            --stop    end (s); otherwise 2 mm of travel     --step    communication step (s)
-            --estimate    only tell the CPU time that the run would take, and the error band of its force
-  verify [--out DIR]
-            run the problems with exact solutions: table and plots in target/verify (some minutes)
-  accuracy [--quick] [--threads N] [--report] [--out DIR]
-            error over CPU time for every method, convergence, price list: tables and plots in target/accuracy; a study
-            that was ended goes on where it was, and says at its start how long the rest takes
-            --quick   seconds, figures without meaning       --report  tables from the runs that are there
-  validate [--quick] [--threads N] [--report] [--out DIR]
-            measured cuts of AISI 1045 and the shear plane: tables in target/validate, resumed in the same way
-  hard-cases [--short] [--write] [CASE]...
-            the hard cases (or those of these numbers or names), and two thousand random scenes: table in target/hard-cases
-            --short   as in the tests, seconds each           --write   put the table into docs/hard-cases.md
-  test      formatting, clippy, unit, integration and FMU tests, pytest with FMPy; leaves their own build as target/swarf.fmu, with
-            symbols: `package` makes the one to give away
-  package [--portable] [--windows] [--with OTHER.fmu]...
-            build target/swarf.fmu; for a release always with --portable --windows
-            --portable   the library needs glibc 2.17 at most (zig and cargo-zigbuild from PyPI, 100 MB)
-            --windows    a library for Windows as well, built on Linux (zig as above; Rust's standard library from
-                         rustup, or from Debian's packages, 131 MB, unpacked into .tools)
-            --with       take over the libraries of an FMU packaged on another platform
-  wine [--tests]
-            load and run the Windows library under Wine, and compare with the Linux one
-            --tests      the unit tests and those of the interface there, too
-  fuzz [--minutes N] [--address-sanitizer]
-            coverage-guided random calls on the C functions (15 minutes; needs a C++ compiler)
-  bench [--quick | --full]
-            the machine's peak, speed of whole cuts, time by phase, also in target/bench/bench.json
-            --quick   under a minute          --full   long warm-ups, and the whole cut with the paper's 120,000 points
-  bench --row NAME [--full]
-            one measurement, also in target/bench/NAME.json; --rows lists them, --all-rows [--full] [--resume] runs them
-  bench --kernels [FILTER]
-            single kernels under Criterion
-  bench --instructions [--write]
-            instructions of each kernel against tests/data/instruction_counts.toml, or write that file (valgrind)
-  effects [--full] [--build] [--effect NAME]
-            what each effect costs and changes on the reference cut, as a table in target/effects/effects.md
-            --full    at 30,000 points       --build   the library's build time, too
-  valgrind  load, run and free the packaged FMU under memcheck
-  describe [--check]   write modelDescription/modelDescription.xml, or fail where it is stale
-  readme [--check]     write the variable table in README.md, or fail where it is stale
-  setup     the Python environment alone
-  env       shell lines that let plain `cargo` build the master: eval \"$(cargo xtask env)\"
-";
+use cut_arguments::Arguments as CutArguments;
+
+/// Set-up and the project's commands
+#[derive(Parser)]
+#[command(name = "xtask", bin_name = "cargo xtask")]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Package swarf.fmu and run a cut through it: tables, plots and pictures in target/cut
+    Cut(CutArguments),
+    /// Formatting, clippy, unit, integration and FMU tests, pytest with FMPy
+    ///
+    /// Leaves the tests' own build as target/swarf.fmu, with symbols: `package` makes the one to give away.
+    Test,
+    /// Build target/swarf.fmu; for a release always with --portable --windows
+    Package(package::Arguments),
+    /// Measure: the machine's peak, speed of whole cuts, time by phase, also in target/bench/bench.json
+    Bench(bench::Arguments),
+    /// What each effect costs and changes on the reference cut, as a table in target/effects/effects.md
+    Effects(effects::Arguments),
+    /// Coverage-guided random calls on the C functions (needs a C++ compiler)
+    Fuzz(fuzz::Arguments),
+    /// Load, run and free the packaged FMU under memcheck
+    Valgrind,
+    /// Load and run the Windows library under Wine, and compare with the Linux one
+    Wine(wine::Arguments),
+    /// Run the problems with exact solutions: table and plots in target/verify (some minutes)
+    Verify(verify::Arguments),
+    /// Error over CPU time for every method, convergence, price list: tables and plots in target/accuracy
+    ///
+    /// A study that was ended goes on where it was, and says at its start how long the rest takes.
+    Accuracy(verify::Study),
+    /// Measured cuts of AISI 1045 and the shear plane: tables in target/validate, resumed as those of accuracy
+    Validate(verify::Study),
+    /// The hard cases, and two thousand random scenes: table in target/hard-cases
+    HardCases(hard_cases::Arguments),
+    /// Write modelDescription/modelDescription.xml, or check that it is not stale
+    Describe(describe::Arguments),
+    /// Write the variable table in README.md, or check that it is not stale
+    Readme(describe::Arguments),
+    /// Make the Python environment alone
+    Setup,
+    /// Print shell lines that let plain `cargo` build the master: eval "$(cargo xtask env)"
+    Env,
+}
 
 /// What a command gives: nothing, or a text that says what failed and what to do.
 type Outcome<T = ()> = Result<T, String>;
 
 fn main() -> ExitCode {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let outcome = match words.as_slice() {
-        ["cut", rest @ ..] => cut(rest),
-        ["test"] => test::run(),
-        ["package", rest @ ..] => packaged(rest),
-        ["bench", rest @ ..] => bench::run(rest),
-        ["effects", rest @ ..] => effects::run(rest),
-        ["fuzz", rest @ ..] => fuzz::run(rest),
-        ["valgrind"] => valgrind::run(),
-        ["wine", rest @ ..] => wine::run(rest),
-        ["verify", rest @ ..] => verify::run(rest),
-        ["accuracy", rest @ ..] => verify::study("accuracy", rest),
-        ["validate", rest @ ..] => verify::study("validate", rest),
-        ["hard-cases", rest @ ..] => hard_cases::run(rest),
-        ["describe"] => describe::description(false),
-        ["describe", "--check"] => describe::description(true),
-        ["readme"] => describe::readme(false),
-        ["readme", "--check"] => describe::readme(true),
-        ["setup"] => setup::prepare().map(|_| ()),
-        ["env"] => setup::prepare().map(|tools| print!("{}", tools.shell_lines())),
-        [] | ["help" | "--help" | "-h"] => {
-            print!("{USAGE}");
-            Ok(())
-        }
-        other => Err(format!("unknown command '{}'\n\n{USAGE}", other.join(" "))),
+    let outcome = match CommandLine::parse().command {
+        // Passed on as they were written.
+        Command::Cut(arguments) => cut(&arguments, std::env::args_os().skip(2)),
+        Command::Test => test::run(),
+        Command::Package(arguments) => package::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
+        Command::Effects(arguments) => effects::run(&arguments),
+        Command::Fuzz(arguments) => fuzz::run(&arguments),
+        Command::Valgrind => valgrind::run(),
+        Command::Wine(arguments) => wine::run(&arguments),
+        Command::Verify(arguments) => verify::run(&arguments),
+        Command::Accuracy(study) => verify::study("accuracy", &study),
+        Command::Validate(study) => verify::study("validate", &study),
+        Command::HardCases(arguments) => hard_cases::run(&arguments),
+        Command::Describe(arguments) => describe::description(arguments.check),
+        Command::Readme(arguments) => describe::readme(arguments.check),
+        Command::Setup => setup::prepare().map(|_| ()),
+        Command::Env => setup::prepare().map(|tools| print!("{}", tools.shell_lines())),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -114,31 +111,12 @@ fn main() -> ExitCode {
     }
 }
 
-/// Packages the FMU as the arguments ask for.
-fn packaged(arguments: &[&str]) -> Outcome {
-    let (mut is_portable, mut for_windows, mut others) = (false, false, Vec::new());
-    let mut words = arguments.iter();
-    while let Some(word) = words.next() {
-        match *word {
-            "--portable" => is_portable = true,
-            "--windows" => for_windows = true,
-            "--with" => others.push(*words.next().ok_or("--with needs the path of an FMU")?),
-            other => return Err(format!("package: unknown argument '{other}'\n\n{USAGE}")),
-        }
-    }
-    let zig = if is_portable { Some(setup::prepare_zig()?) } else { None };
-    let windows = if for_windows { Some(windows::Windows::prepare(setup::prepare_zig()?)?) } else { None };
-    let mut kinds = vec![zig.as_ref().map_or(package::Kind::Plain, package::Kind::Portable)];
-    kinds.extend(windows.as_ref().map(package::Kind::Windows));
-    package::build_with(&kinds, &others).map(|_| ())
-}
-
-/// Packages the FMU and runs it through the embedded master.
-fn cut(arguments: &[&str]) -> Outcome {
+/// Packages the FMU and runs it through the embedded master, which reads the same words.
+fn cut(arguments: &CutArguments, words: impl Iterator<Item = OsString>) -> Outcome {
     let (fmu, master) = fmu_and_master()?;
     let mut command = std::process::Command::new(master);
-    command.arg(fmu).args(arguments);
-    if !arguments.contains(&"--out") {
+    command.arg(fmu).args(words);
+    if arguments.out.is_none() {
         command.arg("--out").arg(root().join("target/cut"));
     }
     process::become_it(command)
@@ -166,4 +144,84 @@ fn root() -> PathBuf {
 /// Cargo's folder for what it builds.
 fn target() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), |path| root().join(path))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    fn refusal(line: &str) -> String {
+        let words = std::iter::once("cargo xtask").chain(line.split_whitespace());
+        CommandLine::try_parse_from(words).err().map(|e| e.to_string()).unwrap_or_default()
+    }
+
+    /// What clap finds wrong with a definition it says only when the program runs.
+    #[test]
+    fn the_command_line_is_consistent() {
+        CommandLine::command().debug_assert();
+    }
+
+    /// Scripts, documents and hands know these lines.
+    #[test]
+    fn every_command_takes_its_options() {
+        let good = [
+            "cut --paper --set friction=0 --set feed=0.5mm --stop 40us --step 0.5us --out there --estimate",
+            "cut --quick --set tool.rake_angle=-5deg",
+            "verify --out there",
+            "accuracy --quick --threads 2 --report --out there",
+            "validate --threads 1",
+            "hard-cases --short 3 jammed-tool",
+            "hard-cases --write",
+            "test",
+            "package --portable --windows --with one.fmu --with other.fmu",
+            "wine --tests",
+            "fuzz --minutes 0.5 --address-sanitizer",
+            "bench",
+            "bench --quick",
+            "bench --full",
+            "bench --row paper-cut --full",
+            "bench --rows",
+            "bench --all-rows --full --resume",
+            "bench --kernels",
+            "bench --kernels substep -- --save-baseline before",
+            "bench --instructions --write",
+            "effects --full --build --effect conduction",
+            "valgrind",
+            "describe --check",
+            "readme --check",
+            "setup",
+            "env",
+        ];
+        for line in good {
+            assert_eq!(refusal(line), "", "{line}");
+        }
+    }
+
+    /// A slip is answered before anything is built, by the usage of its command alone.
+    #[test]
+    fn slips_are_refused_shortly() {
+        let slips = [
+            ("cutt", "'cut'"),
+            ("cut --papre", "'--paper'"),
+            ("cut --paper --quick", "cannot be used with"),
+            ("cut --set friction", "NAME=VALUE is needed"),
+            ("hard-cases --short --write", "cannot be used with"),
+            ("bench --quick --full", "cannot be used with"),
+            ("bench --row", "a value is required"),
+            ("bench --rows --full", "cannot be used with"),
+            ("bench --write", "--instructions"),
+            ("bench --resume", "--all-rows"),
+            ("bench substep", "--kernels"),
+            ("package --with", "a value is required"),
+            ("accuracy --threads 0", "--threads"),
+            ("fuzz --minutes soon", "--minutes"),
+            ("describe --chekc", "'--check'"),
+        ];
+        for (line, expected) in slips {
+            let text = refusal(line);
+            assert!(text.starts_with("error: ") && text.contains(expected), "'{line}' gave: {text}");
+            assert!(text.lines().count() <= 9, "'{line}' gave a manual: {text}");
+        }
+    }
 }

@@ -10,9 +10,33 @@ use std::path::{Path, PathBuf};
 
 use zip::write::SimpleFileOptions;
 
-use crate::setup::Zig;
+use crate::setup::{self, Zig};
 use crate::windows::{self, Windows};
 use crate::{Outcome, documentation, portable, process, root, target, test};
+
+/// What `cargo xtask package` can be told.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The library needs glibc 2.17 at most (zig and cargo-zigbuild from PyPI, 100 MB)
+    #[arg(long)]
+    portable: bool,
+    /// A library for Windows as well, built on Linux (zig as above; Rust's standard library from rustup, or from Debian's
+    /// packages, 131 MB, unpacked into .tools)
+    #[arg(long)]
+    windows: bool,
+    /// Take over the libraries of an FMU packaged on another platform
+    #[arg(long, value_name = "OTHER.fmu")]
+    with: Vec<PathBuf>,
+}
+
+/// Packages the FMU as the arguments ask for.
+pub fn run(arguments: &Arguments) -> Outcome {
+    let zig = if arguments.portable { Some(setup::prepare_zig()?) } else { None };
+    let windows = if arguments.windows { Some(Windows::prepare(setup::prepare_zig()?)?) } else { None };
+    let mut kinds = vec![zig.as_ref().map_or(Kind::Plain, Kind::Portable)];
+    kinds.extend(windows.as_ref().map(Kind::Windows));
+    build_with(&kinds, &arguments.with).map(|_| ())
+}
 
 /// How a library is built.
 pub enum Kind<'a> {
@@ -41,7 +65,7 @@ pub fn build_tested() -> Outcome<PathBuf> {
 ///
 /// * `kinds`: libraries that are built here
 /// * `others`: FMUs of the same interface, packaged on other platforms, whose libraries are taken over
-pub fn build_with(kinds: &[Kind], others: &[&str]) -> Outcome<PathBuf> {
+pub fn build_with(kinds: &[Kind], others: &[PathBuf]) -> Outcome<PathBuf> {
     let folder = root().join("modelDescription");
     let mut files: BTreeMap<String, Vec<u8>> = BTreeMap::new();
     let description = folder.join("modelDescription.xml");
@@ -69,7 +93,7 @@ pub fn build_with(kinds: &[Kind], others: &[&str]) -> Outcome<PathBuf> {
         files.insert(format!("binaries/{place}/swarf{suffix}"), library(kind, suffix)?);
     }
     for other in others {
-        take_over(&mut files, Path::new(other))?;
+        take_over(&mut files, other)?;
     }
 
     let fmu = root().join("target/swarf.fmu");
@@ -147,7 +171,7 @@ fn library(kind: &Kind, suffix: &str) -> Outcome<Vec<u8>> {
             let exports = windows::write_exports(&build_folder)?;
             command.arg("--").arg(format!("-Clink-arg={}", exports.display()));
         }
-        process::run(&mut command)?;
+        process::compile(&mut command)?;
     }
     let prefix = if suffix == ".dll" { "" } else { "lib" };
     let path = build_folder.join(place).join(format!("{prefix}swarf{suffix}"));

@@ -1,7 +1,10 @@
 //! Running other programs, with errors that name the command.
 
+use std::io::IsTerminal;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
 
 use crate::{Outcome, root};
 
@@ -27,6 +30,49 @@ pub fn in_repository(mut command: Command) -> Command {
 pub fn run(command: &mut Command) -> Outcome {
     let status = command.status().map_err(|e| format!("cannot start '{}': {e}", shown(command)))?;
     if status.success() { Ok(()) } else { Err(format!("'{}' failed ({status})", shown(command))) }
+}
+
+/// Time between two lines of a build that takes long.
+const NEWS: Duration = Duration::from_secs(30);
+
+/// Runs a command that may compile the kernels, which takes minutes: tells on the way that it still does.
+pub fn compile(command: &mut Command) -> Outcome {
+    let (running, ended) = channel::<()>();
+    let begin = Instant::now();
+    std::thread::scope(|scope| {
+        let news = scope.spawn(move || tell_until(&ended, NEWS, || say(&still_compiling(begin.elapsed()))));
+        let outcome = run(command);
+        drop(running);
+        // It can only have ended.
+        let _ = news.join();
+        outcome
+    })
+}
+
+/// Tells something after every period, until the other end of the channel is dropped.
+fn tell_until(ended: &Receiver<()>, period: Duration, mut tell: impl FnMut()) {
+    while let Err(RecvTimeoutError::Timeout) = ended.recv_timeout(period) {
+        tell();
+    }
+}
+
+/// The news of a build.
+fn still_compiling(gone: Duration) -> String {
+    let seconds = gone.as_secs();
+    let gone = if seconds < 60 {
+        format!("{seconds} s")
+    } else {
+        format!("{} min {} s", seconds / 60, seconds % 60)
+    };
+    format!(
+        "xtask: still compiling, {gone} so far; the solver's kernels take minutes where they are not built yet"
+    )
+}
+
+/// A line on the terminal, in place of the bar that cargo may have there.
+fn say(line: &str) {
+    let clear = if std::io::stderr().is_terminal() { "\r\x1b[K" } else { "" };
+    eprintln!("{clear}{line}");
 }
 
 /// Runs a command and gives what it printed; its messages go to the terminal.
@@ -98,4 +144,35 @@ pub fn make_executable(path: &Path) -> Outcome {
 fn shown(command: &Command) -> String {
     let words = std::iter::once(command.get_program()).chain(command.get_args());
     words.map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A build of minutes shows that it lives, and is silent once it has ended, however often it spoke before.
+    #[test]
+    fn a_long_command_tells_that_it_goes_on() {
+        let (running, ended) = channel::<()>();
+        let mut lines = 0;
+        let mut running = Some(running);
+        tell_until(&ended, Duration::from_millis(1), || {
+            lines += 1;
+            if lines == 3 {
+                running = None;
+            }
+        });
+        assert_eq!(lines, 3);
+        let text = still_compiling(Duration::from_secs(90));
+        assert!(text.contains("1 min 30 s so far") && text.len() <= 110, "{text}");
+        assert!(still_compiling(Duration::from_secs(30)).contains(" 30 s so far"));
+    }
+
+    /// News do not change how a command ends.
+    #[test]
+    fn a_compilation_that_fails_is_told_as_such() {
+        assert!(compile(Command::new("rustc").arg("--version").stdout(Stdio::null())).is_ok());
+        let error = compile(&mut Command::new("no-such-compiler")).unwrap_err();
+        assert!(error.contains("no-such-compiler"), "{error}");
+    }
 }

@@ -21,7 +21,7 @@ pub fn run() -> Outcome {
         process::run(ready(&tools)?.apply(&mut process::cargo(&arguments)))
     });
     stages.run("check for aarch64", aarch64::check);
-    let built = stages.run("build", || process::run(ready(&tools)?.apply(tests()?.arg("--no-run"))));
+    let built = stages.run("build", || process::compile(ready(&tools)?.apply(tests()?.arg("--no-run"))));
     let fmu = stages.run("package", || {
         built.ok_or("nothing was built")?;
         package::build_tested()

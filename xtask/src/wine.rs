@@ -17,16 +17,19 @@ const TOLERANCE: f64 = 1e-6;
 /// Tests that need nothing of Linux.
 const TESTS: [&str; 7] = ["--lib", "--test", "fmi_abi", "--test", "fmi_calls", "--test", "fmi_logging"];
 
+/// What is run under Wine.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The unit tests and those of the interface there, too
+    #[arg(long)]
+    tests: bool,
+}
+
 /// Runs both libraries and compares.
 ///
 /// # Errors
 /// When Wine or the Windows library is missing, when a promise is broken, or when the outputs differ.
-pub fn run(arguments: &[&str]) -> Outcome {
-    let with_tests = match arguments {
-        [] => false,
-        ["--tests"] => true,
-        other => return Err(format!("wine: unknown arguments '{}'; only --tests is known", other.join(" "))),
-    };
+pub fn run(arguments: &Arguments) -> Outcome {
     let wine = wine()?;
     let tools = Windows::prepare(setup::prepare_zig()?)?;
     let folder = target().join("wine");
@@ -51,7 +54,7 @@ pub fn run(arguments: &[&str]) -> Outcome {
     let there = process::output(there.args(["life.exe", "swarf.dll", &guid]))?;
     println!("\n{:<30}{:>24}{:>24}", "output", "Linux", "Windows, under Wine");
     compare(&here, &there)?;
-    if with_tests {
+    if arguments.tests {
         let mut tests = tools.cargo(&["test", "--package", "swarf", "--no-fail-fast"]);
         tests.args(TESTS).args(["--release", "--target-dir"]).arg(target().join("wine-tests"));
         tests.env("CARGO_TARGET_X86_64_PC_WINDOWS_GNULLVM_RUNNER", &wine);
