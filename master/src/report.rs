@@ -215,10 +215,7 @@ fn pictures(cut: &Cut, out: &Path, provenance: &Provenance) -> Result<usize, swa
 fn around_edge(fields: &PointFields, feed: f64) -> View {
     let lower = |a: [f64; 2], b: [f64; 2]| if b[1] < a[1] { b } else { a };
     let edge = fields.tool_outline.iter().copied().reduce(lower).unwrap_or_default();
-    View {
-        x: [edge[0] - 2.2 * feed, edge[0] + 0.9 * feed],
-        y: [edge[1] - 0.55 * feed, edge[1] + 1.7 * feed],
-    }
+    View { x: [edge[0] - 2.2 * feed, edge[0] + 0.9 * feed], y: [edge[1] - 0.55 * feed, edge[1] + 1.7 * feed] }
 }
 
 /// Each value's mean with its neighbours within half a window on either side.

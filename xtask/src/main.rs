@@ -4,15 +4,19 @@
 
 mod aarch64;
 mod bench;
+mod book;
 mod describe;
 mod documentation;
 mod effects;
 mod fuzz;
 mod hard_cases;
 mod package;
+mod papers;
 mod portable;
 mod process;
+mod record;
 mod setup;
+mod tables;
 mod test;
 mod valgrind;
 mod verify;
@@ -39,9 +43,9 @@ cargo xtask COMMAND
             --quick   seconds, figures without meaning       --report  tables from the runs that are there
   validate [--quick] [--threads N] [--report] [--out DIR]
             measured cuts of AISI 1045 and the shear plane: tables in target/validate, resumed in the same way
-  hard-cases [--short] [--write] [CASE]...
+  hard-cases [--short] [CASE]...
             the hard cases (or those of these numbers or names), and two thousand random scenes: table in target/hard-cases
-            --short   as in the tests, seconds each           --write   put the table into docs/hard-cases.md
+            --short   as in the tests, seconds each
   test      formatting, clippy, unit, integration and FMU tests, pytest with FMPy; leaves their own build as target/swarf.fmu, with
             symbols: `package` makes the one to give away
   package [--portable] [--windows] [--with OTHER.fmu]...
@@ -69,7 +73,12 @@ cargo xtask COMMAND
             --full    at 30,000 points       --build   the library's build time, too
   valgrind  load, run and free the packaged FMU under memcheck
   describe [--check]   write modelDescription/modelDescription.xml, or fail where it is stale
-  readme [--check]     write the variable table in README.md, or fail where it is stale
+  book [--check | --pictures]
+            write the generated tables of README and book, and build the book into target/book (mdBook is fetched, 5 MB)
+            --check      fail where a table is stale, a link broken, a figure without a result file
+            --pictures   take over the pictures of the last `cargo xtask cut`
+  verify, accuracy, validate, hard-cases, effects --full, bench --quick, bench --row NAME --full
+            with --record: what was measured goes into results/, with command, commit, processor and date
   setup     the Python environment alone
   env       shell lines that let plain `cargo` build the master: eval \"$(cargo xtask env)\"
 ";
@@ -79,8 +88,24 @@ type Outcome<T = ()> = Result<T, String>;
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let outcome = match words.as_slice() {
+    let mut words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let records = words.contains(&"--record");
+    words.retain(|word| *word != "--record");
+    let outcome = if records { record::check(&words) } else { Ok(()) }
+        .and_then(|()| dispatch(&words))
+        .and_then(|()| if records { record::record(&words) } else { Ok(()) });
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(text) => {
+            eprintln!("xtask: {text}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Runs the command that the words name.
+fn dispatch(words: &[&str]) -> Outcome {
+    match words {
         ["cut", rest @ ..] => cut(rest),
         ["test"] => test::run(),
         ["package", rest @ ..] => packaged(rest),
@@ -95,8 +120,7 @@ fn main() -> ExitCode {
         ["hard-cases", rest @ ..] => hard_cases::run(rest),
         ["describe"] => describe::description(false),
         ["describe", "--check"] => describe::description(true),
-        ["readme"] => describe::readme(false),
-        ["readme", "--check"] => describe::readme(true),
+        ["book", rest @ ..] => book::run(rest),
         ["setup"] => setup::prepare().map(|_| ()),
         ["env"] => setup::prepare().map(|tools| print!("{}", tools.shell_lines())),
         [] | ["help" | "--help" | "-h"] => {
@@ -104,13 +128,6 @@ fn main() -> ExitCode {
             Ok(())
         }
         other => Err(format!("unknown command '{}'\n\n{USAGE}", other.join(" "))),
-    };
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(text) => {
-            eprintln!("xtask: {text}");
-            ExitCode::FAILURE
-        }
     }
 }
 

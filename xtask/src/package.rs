@@ -56,9 +56,9 @@ pub fn build_with(kinds: &[Kind], others: &[&str]) -> Outcome<PathBuf> {
     let prices = process::read(&root().join("resources/price_list.csv"))?;
     let page = documentation::with_price_list(&page, &prices)?;
     files.insert("documentation/index.html".into(), page.into_bytes());
-    // Kept once, where README shows it, too.
+    // Kept once, where the book shows it, too.
     let picture = "reference_cut.png";
-    files.insert(format!("documentation/{picture}"), bytes(&root().join("docs/pictures").join(picture))?);
+    files.insert(format!("documentation/{picture}"), bytes(&root().join("book/src/pictures").join(picture))?);
     add_folder(&mut files, &root().join("resources"), "resources")?;
     for name in ["LICENSE-MIT", "LICENSE-APACHE"] {
         files.insert(format!("documentation/licenses/{name}.txt"), bytes(&root().join(name))?);
