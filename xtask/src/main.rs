@@ -91,9 +91,7 @@ fn main() -> ExitCode {
     let mut words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let records = words.contains(&"--record");
     words.retain(|word| *word != "--record");
-    let outcome = if records { record::check(&words) } else { Ok(()) }
-        .and_then(|()| dispatch(&words))
-        .and_then(|()| if records { record::record(&words) } else { Ok(()) });
+    let outcome = if records { record::around(&words, || dispatch(&words)) } else { dispatch(&words) };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(text) => {

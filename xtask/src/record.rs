@@ -35,11 +35,26 @@ const EFFECTS: Tables = &[[
     "what each effect costs and changes in the reference cut, with it against without it",
 ]];
 
-/// Whether a command can be recorded as its arguments are.
+/// Runs a command that measures and writes its result files, with the commit of the sources that it began with.
 ///
 /// # Errors
-/// A command that measures nothing, or a form of it whose figures mean nothing.
-pub fn check(words: &[&str]) -> Outcome {
+/// A command that measures nothing, or a form of it whose figures mean nothing; what the command says; files that lack a table, or
+/// cannot be read or written.
+pub fn around(words: &[&str], run: impl FnOnce() -> Outcome) -> Outcome {
+    check(words)?;
+    let made = Made { command: format!("cargo xtask {}", words.join(" ")), commit: commit() };
+    run()?;
+    record(words, &made)
+}
+
+/// What a head tells of how figures were made.
+struct Made {
+    command: String,
+    commit: String,
+}
+
+/// Whether a command can be recorded as its arguments are.
+fn check(words: &[&str]) -> Outcome {
     let (command, rest) = words.split_first().ok_or("--record needs a command that measures")?;
     let lacks = |needed: &str| !rest.contains(&needed);
     let refusal = match *command {
@@ -58,30 +73,26 @@ pub fn check(words: &[&str]) -> Outcome {
 }
 
 /// Writes the result files of a command that has just run.
-///
-/// # Errors
-/// Files that lack a table, or cannot be read or written.
-pub fn record(words: &[&str]) -> Outcome {
+fn record(words: &[&str], made: &Made) -> Outcome {
     let (command, rest) = words.split_first().ok_or("--record needs a command")?;
     let after = |option: &str| rest.iter().skip_while(|word| **word != option).nth(1).copied();
     let folder = after("--out").map_or_else(|| target().join(command), PathBuf::from);
-    let line = format!("cargo xtask {}", words.join(" "));
     match *command {
-        "verify" => markdown(&folder.join("table.md"), VERIFY, &line)?,
+        "verify" => markdown(&folder.join("table.md"), VERIFY, made)?,
         "accuracy" => {
-            markdown(&folder.join("accuracy.md"), ACCURACY, &line)?;
-            price_list(&folder.join("price_list.csv"), &line)?;
+            markdown(&folder.join("accuracy.md"), ACCURACY, made)?;
+            price_list(&folder.join("price_list.csv"), made)?;
         }
         "validate" => {
-            markdown(&folder.join("validation.md"), VALIDATE, &line)?;
-            mean_errors(&folder.join("validation.md"), &line)?;
+            markdown(&folder.join("validation.md"), VALIDATE, made)?;
+            mean_errors(&folder.join("validation.md"), made)?;
         }
-        "hard-cases" => markdown(&folder.join("table.md"), HARD_CASES, &line)?,
+        "hard-cases" => markdown(&folder.join("table.md"), HARD_CASES, made)?,
         "effects" => {
-            markdown(&folder.join("effects.md"), EFFECTS, &line)?;
-            library(&folder.join("effects.md"), &line)?;
+            markdown(&folder.join("effects.md"), EFFECTS, made)?;
+            library(&folder.join("effects.md"), made)?;
         }
-        "bench" => bench(after("--row"), &line)?,
+        "bench" => bench(after("--row"), made)?,
         other => return Err(format!("{other} measures nothing that could be recorded")),
     }
     println!("xtask: recorded; now `cargo xtask book` writes the tables");
@@ -89,7 +100,7 @@ pub fn record(words: &[&str]) -> Outcome {
 }
 
 /// Takes the tables of a Markdown file over.
-fn markdown(path: &Path, wanted: Tables, command: &str) -> Outcome {
+fn markdown(path: &Path, wanted: Tables, made: &Made) -> Outcome {
     let text = process::read(path)?;
     let mut found = tables_of(&text);
     for [head, name, title] in wanted {
@@ -97,7 +108,7 @@ fn markdown(path: &Path, wanted: Tables, command: &str) -> Outcome {
         let mut rows =
             found.remove(at.ok_or_else(|| format!("'{}' has no table '{head}…'", path.display()))?);
         fill(&mut rows);
-        write(name, title, command, rows)?;
+        write(name, title, made, rows)?;
     }
     Ok(())
 }
@@ -133,17 +144,17 @@ fn fill(rows: &mut [Vec<String>]) {
 }
 
 /// The price list goes where the library reads it.
-fn price_list(path: &Path, command: &str) -> Outcome {
+fn price_list(path: &Path, made: &Made) -> Outcome {
     let text = process::read(path)?;
     let rows = text.lines().filter(|line| !line.starts_with('#') && !line.is_empty());
     let rows = rows.map(|line| line.split(',').map(str::to_string).collect()).collect();
     let old = Measured::read("price_list")?;
-    let head = head(old.entry("title"), command, Some(old.entry("note")));
+    let head = head(old.entry("title"), made, Some(old.entry("note")));
     process::write(&path_of("price_list"), Measured { head, rows }.text().as_bytes())
 }
 
 /// The lines "Mean error of the predicted …: … % (…)".
-fn mean_errors(path: &Path, command: &str) -> Outcome {
+fn mean_errors(path: &Path, made: &Made) -> Outcome {
     let text = process::read(path)?;
     let mut rows = vec![["quantity", "mean error", "criterion"].map(str::to_string).to_vec()];
     for line in text.lines().filter_map(|line| line.strip_prefix("Mean error of the predicted ")) {
@@ -154,13 +165,13 @@ fn mean_errors(path: &Path, command: &str) -> Outcome {
     write(
         "validation_errors",
         "mean errors of the forces predicted for cuts that were not fitted to",
-        command,
+        made,
         rows,
     )
 }
 
 /// The line on kernels and size of the library below the table of effects.
-fn library(path: &Path, command: &str) -> Outcome {
+fn library(path: &Path, made: &Made) -> Outcome {
     let text = process::read(path)?;
     let line = text.lines().find(|line| line.contains("compiled kernels")).ok_or("no line on the library")?;
     let mut rows = vec![["what", "size"].map(str::to_string).to_vec()];
@@ -180,11 +191,11 @@ fn library(path: &Path, command: &str) -> Outcome {
         };
         rows.push(row.map(str::to_string).to_vec());
     }
-    write("library", "the library", command, rows)
+    write("library", "the library", made, rows)
 }
 
 /// What `bench` wrote as JSON.
-fn bench(row: Option<&str>, command: &str) -> Outcome {
+fn bench(row: Option<&str>, made: &Made) -> Outcome {
     let path = target().join(format!("bench/{}.json", row.unwrap_or("bench")));
     let all: Value =
         serde_json::from_str(&process::read(&path)?).map_err(|e| format!("'{}': {e}", path.display()))?;
@@ -201,7 +212,7 @@ fn bench(row: Option<&str>, command: &str) -> Outcome {
     };
     let name = row.map_or_else(|| "speed".into(), |row| row.replace('-', "_"));
     let title = Measured::read(&name).map_or_else(|_| name.clone(), |old| old.entry("title").to_string());
-    write(&name, &title, command, rows)
+    write(&name, &title, made, rows)
 }
 
 fn list(value: &Value) -> &[Value] {
@@ -404,16 +415,16 @@ fn speeds(measured: &Value) -> Vec<Vec<String>> {
     rows
 }
 
-fn write(name: &str, title: &str, command: &str, rows: Vec<Vec<String>>) -> Outcome {
+fn write(name: &str, title: &str, made: &Made, rows: Vec<Vec<String>>) -> Outcome {
     let path = path_of(name);
-    process::write(&path, Measured { head: head(title, command, None), rows }.text().as_bytes())?;
+    process::write(&path, Measured { head: head(title, made, None), rows }.text().as_bytes())?;
     println!("xtask: recorded {}", path.display());
     Ok(())
 }
 
 /// The head of what is recorded now.
-fn head(title: &str, command: &str, note: Option<&str>) -> Vec<(String, String)> {
-    let values = [title.to_string(), command.to_string(), commit(), processor(), date(seconds())];
+fn head(title: &str, made: &Made, note: Option<&str>) -> Vec<(String, String)> {
+    let values = [title.to_string(), made.command.clone(), made.commit.clone(), processor(), date(seconds())];
     let mut head: Vec<(String, String)> = HEAD.iter().map(|name| name.to_string()).zip(values).collect();
     head.extend(note.filter(|note| !note.is_empty()).map(|note| ("note".into(), note.into())));
     head
