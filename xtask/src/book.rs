@@ -124,7 +124,10 @@ fn place(page: &Path) -> Place {
 }
 
 /// A page with its tables made anew.
-fn with_tables(text: &str, place: Place) -> Outcome<String> {
+///
+/// # Errors
+/// A mark without an end, or a table that cannot be made.
+pub fn with_tables(text: &str, place: Place) -> Outcome<String> {
     let mut parts = text.split(MARK[0]);
     let mut new = parts.next().unwrap_or_default().to_string();
     for part in parts {

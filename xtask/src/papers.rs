@@ -207,7 +207,8 @@ fn anchors(text: &str) -> BTreeSet<String> {
     anchors
 }
 
-fn anchor(heading: &str) -> String {
+/// A heading's words as the name of a place.
+pub fn anchor(heading: &str) -> String {
     let letter = |letter: char| match letter {
         letter if letter.is_alphanumeric() || letter == '-' || letter == '_' => letter.to_lowercase().next(),
         letter if letter.is_whitespace() => Some('-'),

@@ -60,9 +60,7 @@ fn check(words: &[&str]) -> Outcome {
     let refusal = match *command {
         "verify" => None,
         "accuracy" | "validate" if !lacks("--quick") => Some("not with --quick"),
-        "hard-cases" if rest.iter().any(|word| *word == "--short") || !rest.is_empty() => {
-            Some("all cases in full only")
-        }
+        "hard-cases" if !rest.is_empty() => Some("all cases in full only"),
         "effects" if lacks("--full") || !lacks("--effect") => Some("with --full and without --effect only"),
         "bench" if lacks("--row") && lacks("--quick") => Some("with --quick, or --row NAME --full"),
         "bench" if !lacks("--row") && lacks("--full") => Some("a row with --full only"),
