@@ -184,7 +184,8 @@ pub fn markdown(rows: &[Vec<String>]) -> String {
         (0..head.len()).filter(|&k| body.is_empty() || body.iter().any(|row| !row[k].is_empty())).collect();
     let is_grouped = ["case", "problem"].contains(&head[0].as_str());
     let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
-    let cell = |text: &str| text.replace('|', "\\|");
+    // A percent sign does not leave its number.
+    let cell = |text: &str| text.replace('|', "\\|").replace(" %", "\u{a0}%");
     let mut text = line(shown.iter().map(|&k| cell(&head[k])).collect());
     let _ = writeln!(text, "|{}", "---|".repeat(shown.len()));
     let mut last = "";
@@ -421,7 +422,9 @@ fn units() -> Outcome<String> {
         let body = unit.split("</Unit>").next().unwrap_or_default();
         let others: Vec<&str> =
             body.split("<DisplayUnit ").skip(1).filter_map(|text| attribute(text, "name")).collect();
-        rows.push(vec![attribute(unit, "name").unwrap_or_default().into(), others.join(", ")]);
+        if !others.is_empty() {
+            rows.push(vec![attribute(unit, "name").unwrap_or_default().into(), others.join(", ")]);
+        }
     }
     Ok(markdown(&rows))
 }
