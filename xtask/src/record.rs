@@ -1,7 +1,8 @@
-//! `--record`: what a measuring command found goes into `results/`, with command, commit, processor and date at its head.
+//! `--record`: what a measuring command found goes into `results/`, with command, commit, processor and date
+//! at its head.
 //!
-//! `cargo xtask book` makes the tables of README and book from there. Only whole measurements are recorded: a quick or short
-//! form is refused.
+//! `cargo xtask book` makes the tables of README and book from there. Only whole measurements are recorded: a
+//! quick or short form is refused.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -12,7 +13,7 @@ use serde_json::Value;
 use crate::tables::{HEAD, Measured, path_of};
 use crate::{Outcome, process, root, target};
 
-/// Tables that a command writes into a Markdown file: how the table's head begins, the result file, its title.
+/// Tables that a command writes into a Markdown file: how a table's head begins, the result file, its title.
 type Tables = &'static [[&'static str; 3]];
 
 const VERIFY: Tables = &[["problem,quantity", "verification", "problems with exact solutions"]];
@@ -35,11 +36,11 @@ const EFFECTS: Tables = &[[
     "what each effect costs and changes in the reference cut, with it against without it",
 ]];
 
-/// Runs a command that measures and writes its result files, with the commit of the sources that it began with.
+/// Runs a command that measures and writes its result files, with the commit that it began with.
 ///
 /// # Errors
-/// A command that measures nothing, or a form of it whose figures mean nothing; what the command says; files that lack a table, or
-/// cannot be read or written.
+/// A command that measures nothing, or a form of it whose figures mean nothing; what the command says; files
+/// that lack a table, or cannot be read or written.
 pub fn around(words: &[&str], run: impl FnOnce() -> Outcome) -> Outcome {
     check(words)?;
     let made = Made { command: format!("cargo xtask {}", words.join(" ")), commit: commit() };
@@ -510,7 +511,8 @@ mod tests {
     /// A table of Markdown becomes rows: groups repeated, bars kept, the column of verdicts named.
     #[test]
     fn tables_of_markdown_become_rows() {
-        let text = "words\n| problem | | figure |\n|---|---|---|\n| bar | met | 1 |\n| | **not met** | \\|x\\| |\n\n| b |\n|---|\n";
+        let text = "words\n| problem | | figure |\n|---|---|---|\n| bar | met | 1 |\n\
+            | | **not met** | \\|x\\| |\n\n| b |\n|---|\n";
         let mut tables = tables_of(text);
         assert_eq!(tables.len(), 2);
         fill(&mut tables[0]);
@@ -520,11 +522,12 @@ mod tests {
         );
     }
 
-    /// The shapes of what `bench` writes: one line for a way with all its starts, differences but for the first cut.
+    /// The shapes of what `bench` writes: one line for all starts of a way, differences but for the first cut.
     #[test]
     fn cuts_become_rows() {
         let cut = |name: &str, force: f64| {
-            serde_json::json!({"cut": name, "cpu_s": 2.0, "cutting_force_n_per_m": force, "thrust_force_n_per_m": 1e5,
+            serde_json::json!({"cut": name, "cpu_s": 2.0,
+                "cutting_force_n_per_m": force, "thrust_force_n_per_m": 1e5,
                 "differences_percent_force_thrust_strain_temperature": [1.0, 0.0, 0.0, 0.0]})
         };
         let measured =

@@ -1,6 +1,6 @@
 //! Tables of the README and the book: made from result files, the model description and the material library.
 //!
-//! A result file is a list of comma-separated values in `results/` (and `resources/price_list.csv`) with a head:
+//! A result file holds comma-separated values in `results/` (and `resources/price_list.csv`) with a head:
 //!
 //! ```text
 //! # title: what was measured
@@ -114,7 +114,7 @@ fn quoted(cell: &str) -> String {
     if cell.contains([',', '"']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.to_string() }
 }
 
-/// The table of a marker's name, in Markdown, for a page that is `up` folders away from the root of its links (`../` each).
+/// The table of a mark's name, in Markdown.
 ///
 /// # Errors
 /// A name that no file and no rule gives a table for, or files that cannot be read.
@@ -170,14 +170,16 @@ fn rows_with(name: &str, word: &str, place: Place) -> Outcome<String> {
 fn source(name: &str, measured: &Measured, place: Place) -> String {
     let link = match place {
         Place::Readme => {
-            format!("[results](results/{name}.csv)").replace("results/price_list", "resources/price_list")
+            let path = path_of(name);
+            let path = path.strip_prefix(root()).unwrap_or(&path).display();
+            format!("[{path}]({path})")
         }
         Place::Book(heads) => format!("[{name}]({heads}#{name})"),
     };
     format!("*Source: {link}, {}; `{}`.*\n", measured.entry("title"), measured.entry("command"))
 }
 
-/// Rows as a table in Markdown: columns with no value are left out, a first column that repeats itself is not repeated.
+/// Rows as a table in Markdown: columns with no value are left out, a case or problem is named once.
 pub fn markdown(rows: &[Vec<String>]) -> String {
     let Some((head, body)) = rows.split_first() else { return String::new() };
     let shown: Vec<usize> =
@@ -202,8 +204,10 @@ pub fn markdown(rows: &[Vec<String>]) -> String {
 fn presets(place: Place, is_full: bool) -> Outcome<String> {
     const BANDS: [&str; 5] = ["cutting force", "thrust", "chip thickness", "chip heating", "p99.9 strain"];
     let measured = Measured::read("price_list")?;
-    let feed = start_of("feed")?;
-    let mut head = vec!["preset", "points per feed", "spacing (µm)", "CPU time (s)"];
+    let (feed, description) = (start_of("feed")?, description()?);
+    let numbers = items(&description, "Accuracy");
+    let number = |name: &str| numbers.iter().find(|item| item.name == name).map_or("-", |item| item.number);
+    let mut head = vec!["preset", "number", "points per feed", "spacing (µm)", "CPU time (s)"];
     if is_full {
         head.extend(BANDS)
     } else {
@@ -220,6 +224,7 @@ fn presets(place: Place, is_full: bool) -> Outcome<String> {
             numbers.ok_or_else(|| format!("price_list.csv: '{}' is no number", row[2..].join(",")))?;
         let mut cells = vec![
             format!("`{}`{heat}", row[1]),
+            number(&row[1]).to_string(),
             format!("{}", (10.0 * feed / numbers[0]).round() / 10.0),
             format!("{:.0}", 1e6 * numbers[0]),
             format!("{:.1}", numbers[1]),
