@@ -1,4 +1,4 @@
-//! Chips of Ti-6Al-4V at 500 m/min with plain Johnson–Cook and with Sima and Özel's law (docs/materials.md).
+//! Chips of Ti-6Al-4V at 500 m/min with plain Johnson–Cook and with Sima and Özel's law (book, materials and chips).
 //!
 //! `cargo run --release --features plot --example titanium_chip -- OUT [NAME=VALUE]...`, with `law` (johnson_cook or
 //! johnson_cook_tanh), `spacing` (m), `travel` (m), `speed` (exact, balanced or fast), `heat` (adiabatic or conduction),

@@ -4,6 +4,9 @@ They run a coarse cut of about 1,900 points (`DRAFT`), so that each takes a seco
 reference cut of 30,000 points. What the numbers must satisfy stands behind each program.
 """
 
+import re
+from pathlib import Path
+
 import fmpy
 import numpy as np
 import pytest
@@ -47,6 +50,19 @@ def test_one_call_runs_a_cut(fmu):
     assert 260 < result["cutting_force"][steady].mean() < 1060
     assert result["peak_strain"][-1] > 0.5
     assert result["chip_temperature"][-1] > 400
+
+
+def test_the_program_of_the_readme_runs(fmu, capsys):
+    """What README.md shows is a program; here it runs, with the FMU under test in place of its path."""
+    readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+    (program,) = re.findall(r"```python\n(.*?)```", readme, flags=re.DOTALL)
+    assert '"target/swarf.fmu"' in program
+    scope = {}
+    exec(program.replace('"target/swarf.fmu"', repr(str(fmu))), scope)
+
+    force = scope["result"]["cutting_force"][-1]
+    assert np.isfinite(force) and force > 0
+    assert capsys.readouterr().out.startswith(str(force))
 
 
 def test_another_material_tool_and_effects(fmu):

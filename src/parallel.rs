@@ -1,7 +1,7 @@
 //! Threads of one instance, and how they share work.
 //!
 //! A substep divides its work several times and does some of it, contact foremost, on one thread. A thread that sleeps
-//! meanwhile is woken late (docs/performance.md). So threads stay awake while one instance's substeps run, and not between
+//! meanwhile is woken late (book/src/evidence/performance.md). So threads stay awake while one instance's substeps run, and not between
 //! its communication steps.
 
 use rayon::Yield;

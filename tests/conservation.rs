@@ -72,7 +72,7 @@ fn momentum_drift<D: Dimension, F: ShapeFunction<f64>>(shape: F, substeps: usize
 /// Internal forces sum to zero because the slopes around a point do, and the grid gives its increments back to the
 /// points with the same weights: momentum without contact is constant. The bound of 1e-12 is the acceptance.
 ///
-/// Linear functions run only until a point on the surface crosses a cell: there they are unstable (see README, limits).
+/// Linear functions run only until a point on the surface crosses a cell: there they are unstable (see the book, limits).
 #[test]
 fn momentum_is_conserved_without_contact() {
     let drifts = [

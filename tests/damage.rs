@@ -309,7 +309,7 @@ fn tear(spacing: f64) -> Parted {
 }
 
 /// The work of separation per area should belong to the material and not to the grid. That is not reached yet: it is 3.9, 4.1
-/// and 5.3 fracture energies at 20, 10 and 5 µm, as the bar also flows around the crack (docs/materials.md); the bound holds
+/// and 5.3 fracture energies at 20, 10 and 5 µm, as the bar also flows around the crack (book, materials); the bound holds
 /// what is.
 #[test]
 fn the_energy_of_a_parting_bar_does_not_hang_on_the_cells() {

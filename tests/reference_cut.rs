@@ -201,7 +201,7 @@ fn shear_plane(friction: f64, rake_degrees: f64, feed: f64) -> f64 {
 }
 
 /// The shear plane of least work leaves out what bends the chip, accelerates it and makes bands, so it lies below a cut.
-/// How far depends on the spacing: 1.15 to 1.20 of it were seen at 30,000 points (README), 1.28 to 1.38 at 7,500, where a
+/// How far depends on the spacing: 1.15 to 1.20 of it were seen at 30,000 points (results/reference_cut.csv), 1.28 to 1.38 at 7,500, where a
 /// shear band is as wide as the cells.
 #[test]
 fn cutting_force_lies_above_the_shear_plane_of_least_work() {
@@ -316,7 +316,7 @@ fn levels_keep_what_they_promise_without_friction() {
     }
 }
 
-/// With friction a point or two stick to the tool next to its edge, and which ones hangs on rounding (docs/contact.md): the
+/// With friction a point or two stick to the tool next to its edge, and which ones hangs on rounding (book, contact): the
 /// chip's mean strain scatters by half a percent. So means over runs with slightly smaller time steps are compared.
 #[test]
 fn levels_keep_what_they_promise_with_friction() {

@@ -1,6 +1,6 @@
 //! The levers of `numerics.speed`: what each may change in a cut, and what each must keep.
 //!
-//! What the levels together keep is tested beside the reference cut itself (`reference_cut.rs`); `docs/performance.md` has
+//! What the levels together keep is tested beside the reference cut itself (`reference_cut.rs`); `book/src/evidence/performance.md` has
 //! more frictions, feeds and rakes.
 
 use std::collections::HashMap;
@@ -55,7 +55,7 @@ fn cut(scene: &Scene) -> Cut {
 
 /// The chip of a heavier material carries more momentum away: 1.2 (s − 1) ρ v² t per width. The bound of 25 % is a percent
 /// of the force. With s = 4 the substeps are half as many. Without a window: with one of 4 feeds the scaled cut takes
-/// another, cheaper shape of chip (README, known limits).
+/// another, cheaper shape of chip (book, performance).
 #[test]
 fn scaled_mass_adds_the_momentum_it_should() {
     let mut scene = scene(1e-5, 0.0);

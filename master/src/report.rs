@@ -257,6 +257,16 @@ fn pictures(cut: &Cut, out: &Path, provenance: &Provenance) -> Result<usize, swa
         draw_field(&out.join(format!("temperature_{travel:.1}mm.png")), fields, &temperature, provenance)?;
     }
     if let Some((travel, fields)) = frames.last() {
+        let close_up = FieldPicture {
+            title: &format!("Equivalent plastic strain after {:.2} mm of travel", 1e3 * travel),
+            label: "equivalent plastic strain (-)",
+            values: &fields.plastic_strain,
+            range: [0.0, 3.0],
+            colours: Colours::Viridis,
+            view: around_edge(fields, value(cut, "feed")),
+            spacing,
+        };
+        draw_field(&out.join("cutting_zone.png"), fields, &close_up, provenance)?;
         let points: Vec<(f64, f64)> = fields
             .position
             .iter()
@@ -269,6 +279,13 @@ fn pictures(cut: &Cut, out: &Path, provenance: &Provenance) -> Result<usize, swa
         draw_scatter(&out.join("strain_over_x.png"), &title, labels, &points, provenance)?;
     }
     Ok(2 * frames.len())
+}
+
+/// Where the cutting happens: some feeds around the tool's lowest point.
+fn around_edge(fields: &PointFields, feed: f64) -> View {
+    let lower = |a: [f64; 2], b: [f64; 2]| if b[1] < a[1] { b } else { a };
+    let edge = fields.tool_outline.iter().copied().reduce(lower).unwrap_or_default();
+    View { x: [edge[0] - 2.2 * feed, edge[0] + 0.9 * feed], y: [edge[1] - 0.55 * feed, edge[1] + 1.7 * feed] }
 }
 
 /// Each value's mean with its neighbours within half a window on either side.

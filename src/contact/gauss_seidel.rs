@@ -13,7 +13,7 @@ use crate::simd::{Kernel, Simd, Vector};
 /// Most sweeps of a substep, there and back counted as two.
 const MOST_SWEEPS: u32 = 400;
 /// Sweeps end when none changes a point's velocity by more than this part of the fastest speed (-); what is left is made
-/// good in the next substep, which starts from here (figures in docs/contact.md).
+/// good in the next substep, which starts from here (figures in book/src/theory/contact.md).
 const TOLERANCE: f64 = 1e-5;
 /// Sweeps between two looks at their progress; even, as sweeps there and back differ.
 const LOOK: u32 = 10;

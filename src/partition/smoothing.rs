@@ -19,8 +19,8 @@
 //! * The limit of the Courant number is 1.12 for steel where that of plain increments is 0.55.
 //!
 //! What it takes away is what damps: points that pass from cell to cell feed waves, and with plain increments the part 1 − P of
-//! each increment is lost to the waves again. An elastic bar in flight stays quiet at 50 m/s and not at 100 (docs/hard-cases.md),
-//! and a chip of 120,000 points takes more plastic strain (docs/performance.md). So smoothing is for `fast`, and for whoever asks for it.
+//! each increment is lost to the waves again. An elastic bar in flight stays quiet at 50 m/s and not at 100 (book/src/evidence/hard-cases.md),
+//! and a chip of 120,000 points takes more plastic strain (book/src/evidence/performance.md). So smoothing is for `fast`, and for whoever asks for it.
 //!
 //! Points gain Δv as ever, so momentum, contact and its impulses do not change. What the stress does not do on Δv − P′Δv, nor
 //! impulses J of contact, is an entry of the ledger's damping: Σ m Δv·P′Δv in the place of Σ m |Δv|², and Σ J·(Δv − P′Δv).

@@ -11,7 +11,7 @@
 //!
 //! A level sets a parameter that stands at its start value; one that was set by hand keeps what it was set to. A Courant number
 //! that was not set by hand ends at the scheme's limit for the material (`setup::courant_limit`), 0.5485 for the reference cut. What each
-//! level costs in accuracy is measured in the README.
+//! level costs in accuracy is in the book (Evidence, performance).
 
 use crate::scene::presets::PRESETS;
 use crate::scene::{Numerics, Precision, Scene, Speed};

@@ -18,7 +18,7 @@
 //! points' velocities back (APIC), the limit is higher.
 //!
 //! That is the limit of straight rows. Points that have moved unevenly by any amount have lower ones here and there (tests);
-//! whole simulations of blocks hold at the limit all the same (docs/hard-cases.md).
+//! whole simulations of blocks hold at the limit all the same (book/src/evidence/hard-cases.md).
 //!
 //! With smoothed increments (`partition::smoothing`) P′ takes the place of I: λ is the largest eigenvalue of (P′ − P/2) M⁻¹K, and the limit
 //! twice as high.
@@ -328,7 +328,7 @@ mod tests {
         assert!(in_space < 0.53 && crowded < 0.48, "more neighbours, shorter steps: {in_space}, {crowded}");
     }
 
-    /// What was seen with whole simulations (docs/hard-cases.md): a block at ν = 0.3 holds at 0.55 and not at 0.57, a bar one
+    /// What was seen with whole simulations (book/src/evidence/hard-cases.md): a block at ν = 0.3 holds at 0.55 and not at 0.57, a bar one
     /// cell thick not at 0.5. Without light nodes (linear weights: no point reaches out) the lattice's inside sets the
     /// limit, 0.756 at ν = 0.
     #[test]
@@ -369,7 +369,7 @@ mod tests {
     }
 
     /// Uneven rows have lower limits than straight ones, but not by much: of points that are off their places by up to 1e-6, 1e-4
-    /// and 1e-2 cells, thirty arrangements each. The figures of docs/hard-cases.md.
+    /// and 1e-2 cells, thirty arrangements each. The figures of book/src/evidence/hard-cases.md.
     #[test]
     fn uneven_rows_have_lower_limits() {
         let mut random = noise();

@@ -25,7 +25,7 @@ pub struct ArrayMask<const N: usize>([bool; N]);
 /// The array of one expression for each of its `N` lanes, one, two or four, written out.
 ///
 /// Not `each!`: kernels hold thousands of these, and the compiler took three times as long for a kernel with so many loops
-/// (docs/performance.md, building). `$nothing` is what fills the array before; a constant, since anything else fills it in a loop.
+/// (book/src/evidence/performance.md, building). `$nothing` is what fills the array before; a constant, since anything else fills it in a loop.
 macro_rules! lanes {
     ($nothing:expr, $index:ident => $entry:expr) => {{
         const { assert!(N == 1 || N == 2 || N == 4) };

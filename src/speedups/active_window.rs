@@ -15,7 +15,7 @@
 //! those that it has reached join in. Nodes that both kinds touch are held, like those of a wall.
 //!
 //! What is lost are the elastic give of the frozen material and waves through it; what the window costs in accuracy is
-//! measured in the README. Points above the workpiece's first surface are chip, and `speedups::rigid_chip` looks after those.
+//! in the book (Evidence, performance). Points above the workpiece's first surface are chip, and `speedups::rigid_chip` looks after those.
 //!
 //! Form of the effect: an optional pass when points are sorted; without it nothing is kept or done.
 

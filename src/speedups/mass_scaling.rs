@@ -15,7 +15,7 @@
 //! the speeds of machine shops.
 //!
 //! The share is no bound where it is small, since the heavier chip costs more than its momentum (work in contact and in the
-//! scheme's own damping; docs/performance.md). At shares of 3.6 % and more it lies above what was measured; at 1 % the change is 1.1
+//! scheme's own damping; book/src/evidence/performance.md). At shares of 3.6 % and more it lies above what was measured; at 1 % the change is 1.1
 //! to 1.3 times the share, and in AISI 1045 at 3.33 m/s without friction 1.8 times 0.5 % and 3 times 0.16 %.
 //!
 //! Heat capacity is not scaled: temperature follows the same work per volume. When the speed changes, so does s; the

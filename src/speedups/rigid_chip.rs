@@ -16,7 +16,7 @@
 //!
 //! What is lost: what the tail's inertia does to the chip (one that swings no tail around curls a little tighter), waves and heat
 //! through the cut across the chip, and what the tail would run into. What this costs in accuracy is measured in
-//! docs/performance.md. The reach is never below `MARGIN` feeds beyond the contact on the tool's face, so friction acts on all
+//! book/src/evidence/performance.md. The reach is never below `MARGIN` feeds beyond the contact on the tool's face, so friction acts on all
 //! of the chip that it would act on.
 //!
 //! Form of the effect: an optional pass when points are sorted; without it nothing is kept or done.

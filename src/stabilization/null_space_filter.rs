@@ -11,7 +11,7 @@
 //! over the nodes i of the point's stencil with their velocities v_i at the end of the substep. (Not the range of the v_i: a
 //! node at a surface may have next to no mass, and any velocity.) ρ is the true density where mass is scaled: with the scaled
 //! one the limit would come down to the speeds at which chips slide, and what is exchanged then drags on the tool's face
-//! (docs/performance.md). What is taken goes to the nodes and from there to all points around, so that momentum is kept:
+//! (book/src/evidence/performance.md). What is taken goes to the nodes and from there to all points around, so that momentum is kept:
 //!
 //! v_p ← v_p − e_p + Σ_i w_ip (Σ_q w_iq m_q e_q)/m_i
 //!

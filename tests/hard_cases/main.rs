@@ -1,6 +1,6 @@
 //! The hard cases in their short forms: the same functions as `cargo xtask hard-cases` (`study::hard_cases`).
 //!
-//! A case that is known to fail stands in docs/hard-cases.md with its figure and the reason; its figures are named here, so
+//! A case that is known to fail stands in the book (evidence, hard cases) with its figure and the reason; its figures are named here, so
 //! that all others of its sheet are still held.
 
 mod cuts;

@@ -1,12 +1,10 @@
 //! `cargo xtask hard-cases`: the hard cases in full, and the random scenes.
 
 use crate::test::tests;
-use crate::{Outcome, process, root, setup, target, verify};
+use crate::{Outcome, process, setup, target, verify};
 
 /// Random scenes of the full form.
 const SCENES: &str = "2000";
-/// Between these lines of docs/hard-cases.md stands the table.
-const MARKS: [&str; 2] = ["<!-- table -->\n", "<!-- end of table -->\n"];
 
 /// Which cases are run, and how.
 #[derive(clap::Args)]
@@ -17,9 +15,6 @@ pub struct Arguments {
     /// As in the tests, seconds each
     #[arg(long)]
     short: bool,
-    /// Put the table, of the full form, into docs/hard-cases.md
-    #[arg(long, conflicts_with = "short")]
-    write: bool,
 }
 
 /// Runs the cases into `target/hard-cases`, or `target/hard-cases-short`; those named, or all and the random scenes.
@@ -35,9 +30,6 @@ pub fn run(arguments: &Arguments) -> Outcome {
         rest.insert(0, "--short");
     }
     verify::swarf("hard-cases", &out, &rest)?;
-    if arguments.write {
-        put_table(&process::read(&out.join("table.md"))?)?;
-    }
     if arguments.cases.is_empty() {
         let tools = setup::prepare()?;
         process::compile(tools.apply(tests()?.args(["--test", "random_scenes", "--no-run"])))?;
@@ -49,34 +41,4 @@ pub fn run(arguments: &Arguments) -> Outcome {
         process::run(tools.apply(&mut command))?;
     }
     Ok(())
-}
-
-/// Puts the table between its marks.
-fn put_table(table: &str) -> Outcome {
-    let path = root().join("docs/hard-cases.md");
-    process::write(&path, with_table(&process::read(&path)?, table)?.as_bytes())
-}
-
-fn with_table(text: &str, table: &str) -> Outcome<String> {
-    let parts =
-        text.split_once(MARKS[0]).and_then(|(before, rest)| Some((before, rest.split_once(MARKS[1])?.1)));
-    let (before, after) = parts.ok_or("docs/hard-cases.md has no place for the table")?;
-    Ok(format!("{before}{}\n{table}\n{}{after}", MARKS[0], MARKS[1]))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The table replaces what stands between the marks, and the text around them stays; so does the committed page.
-    #[test]
-    fn the_table_goes_between_its_marks() {
-        let text = "before\n<!-- table -->\nold\n<!-- end of table -->\nafter\n";
-        let new = with_table(text, "new\n").unwrap();
-        assert_eq!(new, "before\n<!-- table -->\n\nnew\n\n<!-- end of table -->\nafter\n");
-        assert_eq!(with_table(&new, "new\n").unwrap(), new);
-        assert!(with_table("no marks", "").is_err());
-        let page = process::read(&root().join("docs/hard-cases.md")).unwrap();
-        assert!(with_table(&page, "").is_ok());
-    }
 }

@@ -4,15 +4,19 @@
 
 mod aarch64;
 mod bench;
+mod book;
 mod describe;
 mod documentation;
 mod effects;
 mod fuzz;
 mod hard_cases;
 mod package;
+mod papers;
 mod portable;
 mod process;
+mod record;
 mod setup;
+mod tables;
 mod test;
 mod valgrind;
 mod verify;
@@ -37,6 +41,10 @@ use cut_arguments::Arguments as CutArguments;
 struct CommandLine {
     #[command(subcommand)]
     command: Command,
+    /// Write what verify, accuracy, validate, hard-cases, effects --full, bench --quick or bench --row NAME --full measures
+    /// into results/, with command, commit, processor and date
+    #[arg(long, global = true)]
+    record: bool,
 }
 
 #[derive(Subcommand)]
@@ -65,14 +73,15 @@ enum Command {
     ///
     /// A study that was ended goes on where it was, and says at its start how long the rest takes.
     Accuracy(verify::Study),
-    /// Measured cuts of AISI 1045 and the shear plane: tables in target/validate, resumed as those of accuracy
+    /// Measured cuts of AISI 1045 and the shear plane: tables in target/validate, resumed as those of
+    /// accuracy
     Validate(verify::Study),
     /// The hard cases, and two thousand random scenes: table in target/hard-cases
     HardCases(hard_cases::Arguments),
     /// Write modelDescription/modelDescription.xml, or check that it is not stale
     Describe(describe::Arguments),
-    /// Write the variable table in README.md, or check that it is not stale
-    Readme(describe::Arguments),
+    /// Write the generated tables of README and book, and build the book into target/book (mdBook is fetched, 5 MB)
+    Book(book::Arguments),
     /// Make the Python environment alone
     Setup,
     /// Print shell lines that let plain `cargo` build the master: eval "$(cargo xtask env)"
@@ -83,7 +92,26 @@ enum Command {
 type Outcome<T = ()> = Result<T, String>;
 
 fn main() -> ExitCode {
-    let outcome = match CommandLine::parse().command {
+    let CommandLine { command, record } = CommandLine::parse();
+    let outcome = if record {
+        let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--record").collect();
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        record::around(&words, || run(command))
+    } else {
+        run(command)
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(text) => {
+            eprintln!("xtask: {text}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Runs a command.
+fn run(command: Command) -> Outcome {
+    match command {
         // Passed on as they were written.
         Command::Cut(arguments) => cut(&arguments, std::env::args_os().skip(2)),
         Command::Test => test::run(),
@@ -98,16 +126,9 @@ fn main() -> ExitCode {
         Command::Validate(study) => verify::study("validate", &study),
         Command::HardCases(arguments) => hard_cases::run(&arguments),
         Command::Describe(arguments) => describe::description(arguments.check),
-        Command::Readme(arguments) => describe::readme(arguments.check),
+        Command::Book(arguments) => book::run(&arguments),
         Command::Setup => setup::prepare().map(|_| ()),
         Command::Env => setup::prepare().map(|tools| print!("{}", tools.shell_lines())),
-    };
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(text) => {
-            eprintln!("xtask: {text}");
-            ExitCode::FAILURE
-        }
     }
 }
 
@@ -172,7 +193,7 @@ mod tests {
             "accuracy --quick --threads 2 --report --out there",
             "validate --threads 1",
             "hard-cases --short 3 jammed-tool",
-            "hard-cases --write",
+            "hard-cases --record",
             "test",
             "package --portable --windows --with one.fmu --with other.fmu",
             "wine --tests",
@@ -189,7 +210,8 @@ mod tests {
             "effects --full --build --effect conduction",
             "valgrind",
             "describe --check",
-            "readme --check",
+            "book --check",
+            "book --pictures",
             "setup",
             "env",
         ];
@@ -206,7 +228,9 @@ mod tests {
             ("cut --papre", "'--paper'"),
             ("cut --paper --quick", "cannot be used with"),
             ("cut --set friction", "NAME=VALUE is needed"),
-            ("hard-cases --short --write", "cannot be used with"),
+            ("cut --stop soon", "like 40us"),
+            ("cut --step -1us", "above 0"),
+            ("book --check --pictures", "cannot be used with"),
             ("bench --quick --full", "cannot be used with"),
             ("bench --row", "a value is required"),
             ("bench --rows --full", "cannot be used with"),

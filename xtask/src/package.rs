@@ -75,14 +75,11 @@ pub fn build_with(kinds: &[Kind], others: &[PathBuf]) -> Outcome<PathBuf> {
     files.insert("modelDescription.xml".into(), bytes(&description)?);
     files.insert("model.png".into(), bytes(&folder.join("model.png"))?);
     add_folder(&mut files, &folder.join("documentation"), "documentation")?;
-    let (page, xml) = (folder.join("documentation/index.html"), process::read(&description)?);
-    let page = documentation::with_variables(&process::read(&page)?, &xml)?;
-    let prices = process::read(&root().join("resources/price_list.csv"))?;
-    let page = documentation::with_price_list(&page, &prices)?;
+    let page = documentation::complete(&process::read(&folder.join("documentation/index.html"))?)?;
     files.insert("documentation/index.html".into(), page.into_bytes());
-    // Kept once, where README shows it, too.
+    // Kept once, where the book shows it, too.
     let picture = "reference_cut.png";
-    files.insert(format!("documentation/{picture}"), bytes(&root().join("docs/pictures").join(picture))?);
+    files.insert(format!("documentation/{picture}"), bytes(&root().join("book/src/pictures").join(picture))?);
     add_folder(&mut files, &root().join("resources"), "resources")?;
     for name in ["LICENSE-MIT", "LICENSE-APACHE"] {
         files.insert(format!("documentation/licenses/{name}.txt"), bytes(&root().join(name))?);

@@ -5,7 +5,7 @@ use std::process::Command;
 use std::time::Instant;
 
 use crate::setup::Tools;
-use crate::{Outcome, aarch64, describe, package, process, root, setup, target};
+use crate::{Outcome, aarch64, book, describe, package, process, root, setup, target};
 
 /// Runs all stages.
 ///
@@ -31,7 +31,7 @@ pub fn run() -> Outcome {
         process::run(ready(&tools)?.apply(tests()?.arg("--no-fail-fast")))
     });
     // By the program that the tests have just built.
-    stages.run("generated texts", describe::check_built);
+    stages.run("generated texts", || describe::check_built().and_then(|()| book::check()));
     stages.run("FMU through FMPy", || {
         fmu.as_ref().ok_or("no FMU was packaged")?;
         let mut command = Command::new(&ready(&tools)?.python);

@@ -101,7 +101,7 @@ impl Grid {
             set("workpiece.height", 3.0 * feed),
             set("numerics.point_spacing", format!("{:.6e}", feed / per_feed)),
             set("numerics.speed", "balanced"),
-            // The level's 3 feeds take 2 % of the force off the thrust at a friction of 0.6 (docs/performance.md).
+            // The level's 3 feeds take 2 % of the force off the thrust at a friction of 0.6 (book/src/evidence/performance.md).
             set("numerics.active_window", 6),
             // The whole chip: of the level's 3 feeds nothing is known at these materials and speeds.
             set("numerics.active_chip", 1000),

@@ -18,7 +18,7 @@ use crate::study::body_setup::{
     BodySetup, NO_DRIVE, distant_tool, lattice, never_yielding, perfectly_plastic, points, steel, steel_4340,
 };
 
-/// The stretch up to which points are known to carry the body's stress (-); docs/hard-cases.md.
+/// The stretch up to which points are known to carry the body's stress (-); book/src/evidence/hard-cases.md.
 pub const KNOWN: f64 = 1.1;
 
 /// Fills the sheet.

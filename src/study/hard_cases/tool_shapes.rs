@@ -64,7 +64,7 @@ pub fn fill(setting: &Setting, sheet: &mut Sheet) {
     let forces: Vec<f64> = runs[..RADII.len()].iter().map(mean_force).collect();
     let text: Vec<String> = forces.iter().map(|force| format!("{force:.0}")).collect();
     let changes: Vec<f64> = forces.windows(2).map(|pair| 100.0 * (pair[1] / pair[0] - 1.0)).collect();
-    // Two runs that differ by rounding alone differ by 1 % (docs/contact.md).
+    // Two runs that differ by rounding alone differ by 1 % (book/src/theory/contact.md).
     sheet.at_most("force at a radius of 0.2 µm against a sharp edge", changes[0], "%", 2.0);
     let most = changes[1..].iter().fold(0.0, |most: f64, change| most.max(change.abs()));
     let most = if changes.iter().all(|change| change.is_finite()) { most } else { f64::NAN };
