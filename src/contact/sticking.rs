@@ -26,30 +26,31 @@
 //! Form of the effect: optional; a scene without it keeps no array and the sweeps take the scene's μ.
 
 use crate::contact::gauss_seidel::ContactPoint;
+use crate::partition::nodes::ContactAreas;
 
-/// SurfaceContact points further apart than this (cells) have a gap in the contact between them.
+/// Touching points further apart than this (cells) have a gap in the contact between them.
 const GAP: f64 = 2.0;
 /// A push (N s) that is none: one over it is still a number.
 const LEAST_PUSH: f64 = 1e-280;
 /// Friction below this part of Coulomb's bound is not sliding's (-).
-pub const SLIDING: f64 = 1.0 - 1e-9;
+pub(super) const SLIDING: f64 = 1.0 - 1e-9;
 
 /// Gives the shear strength (Pa) of the point at a lane of a state.
 pub type Strength<'a, S> = dyn Fn(&S, usize) -> f64 + 'a;
 
 /// What the cap needs to know of a touching point.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Layer {
+pub(super) struct Layer {
     /// Place along the tool's outline (m).
-    pub along: f64,
+    pub(super) along: f64,
     /// Number of its strip across z, 0 in the plane.
-    pub strip: i64,
+    pub(super) strip: i64,
     /// The point's width (m).
-    pub width: f64,
+    pub(super) width: f64,
     /// How far its footprint reaches across the plane (m).
-    pub depth: f64,
+    pub(super) depth: f64,
     /// Shear strength k (Pa).
-    pub strength: f64,
+    pub(super) strength: f64,
 }
 
 /// A touching point among its neighbours.
@@ -69,7 +70,7 @@ struct Place {
 
 /// The touching points as neighbours on the face.
 #[derive(Clone, Debug, Default)]
-pub struct Sticking {
+pub(super) struct Sticking {
     /// The points by number.
     layers: Vec<Layer>,
     /// The points strip by strip along the outline.
@@ -81,7 +82,7 @@ pub struct Sticking {
 
 impl Sticking {
     /// Asks for memory for so many points.
-    pub fn reserve(&mut self, room: usize) {
+    pub(super) fn reserve(&mut self, room: usize) {
         self.layers.reserve(room);
         self.places.reserve(room);
         self.pushes.reserve(room);
@@ -89,17 +90,17 @@ impl Sticking {
     }
 
     /// Forgets all points.
-    pub fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.layers.clear();
     }
 
     /// Adds the next touching point.
-    pub fn push(&mut self, layer: Layer) {
+    pub(super) fn push(&mut self, layer: Layer) {
         self.layers.push(layer);
     }
 
     /// Finds neighbours and footprints; `cell` is the cell length (m).
-    pub fn measure(&mut self, cell: f64) {
+    pub(super) fn measure(&mut self, cell: f64) {
         let Sticking { layers, places, .. } = self;
         places.clear();
         places.extend(layers.iter().zip(0..).map(|(layer, number)| Place {
@@ -144,7 +145,7 @@ impl Sticking {
     /// Lowers the points' coefficients of friction to what their strength lets them carry, by their present impulses.
     ///
     /// * `friction`: μ (-); `cell`: L (m); `dt`: substep (s)
-    pub fn cap(&mut self, touches: &mut [ContactPoint], friction: f64, cell: f64, dt: f64) {
+    pub(super) fn cap(&mut self, touches: &mut [ContactPoint], friction: f64, cell: f64, dt: f64) {
         self.share_out(touches, cell, |place| place.capacity * dt);
         for place in &self.places {
             let strength = self.near(place, cell, &self.shares);
@@ -152,17 +153,17 @@ impl Sticking {
         }
     }
 
-    /// Area of the contact (m2), and the part where friction is below Coulomb's: it is capped, or the point is at rest on the face.
+    /// Areas of the contact; friction is below Coulomb's where it is capped, or where the point is at rest on the face.
     ///
     /// Footprints count for the points that share them.
-    pub fn areas(&mut self, touches: &[ContactPoint], friction: f64, cell: f64) -> [f64; 2] {
+    pub(super) fn areas(&mut self, touches: &[ContactPoint], friction: f64, cell: f64) -> ContactAreas {
         self.share_out(touches, cell, |place| place.area);
-        let mut areas = [0.0; 2];
+        let mut areas = ContactAreas::default();
         for (place, &push) in self.places.iter().zip(&self.pushes) {
             let area = push * self.near(place, cell, &self.shares);
-            areas[0] += area;
+            areas.all += area;
             if touches[place.number as usize].drag() < SLIDING * friction * push {
-                areas[1] += area;
+                areas.sticking += area;
             }
         }
         areas

@@ -14,7 +14,7 @@ const ARC: usize = 32;
 
 /// The tool's points, by squares of a cell.
 #[derive(Clone, Debug, Default)]
-pub struct RigidPoints {
+pub(super) struct RigidPoints {
     /// Edge of a square (m); 0 before there are points.
     cell: f64,
     /// Lower left corner of the first square from the tool's lowest point (m), and the number of squares along x and y.
@@ -28,7 +28,7 @@ pub struct RigidPoints {
 
 impl RigidPoints {
     /// Points for a tool on a grid of cells of `cell` (m).
-    pub fn new(shape: &ToolShape, cell: f64) -> Self {
+    pub(super) fn new(shape: &ToolShape, cell: f64) -> Self {
         let all = place(shape, SPACING * cell);
         let (corner, high) = shape.bounds();
         let counts = [0, 1].map(|axis| ((high[axis] - corner[axis]) / cell).floor() as i32 + 1);
@@ -50,7 +50,7 @@ impl RigidPoints {
     }
 
     /// Whether these are the points for such a grid.
-    pub fn fit(&self, cell: f64) -> bool {
+    pub(super) fn fit(&self, cell: f64) -> bool {
         self.cell == cell
     }
 
@@ -66,7 +66,7 @@ impl RigidPoints {
     ///
     /// * `node`: from the tool's lowest point (m)
     /// * `reach`: of a point along each axis (m), at most two cells; it reaches a node that is closer
-    pub fn front(&self, node: [f64; 2], normal: [f64; 2], reach: f64) -> Option<f64> {
+    pub(super) fn front(&self, node: [f64; 2], normal: [f64; 2], reach: f64) -> Option<f64> {
         let low = self.square([node[0] - reach, node[1] - reach]);
         let high = self.square([node[0] + reach, node[1] + reach]);
         let mut front = None;
@@ -82,11 +82,6 @@ impl RigidPoints {
             }
         }
         front
-    }
-
-    /// All points (m), from the tool's lowest point.
-    pub fn positions(&self) -> &[[f64; 2]] {
-        &self.points
     }
 }
 
@@ -143,7 +138,7 @@ mod tests {
     #[test]
     fn the_papers_tool_has_its_number_of_points() {
         let shape = ToolShape::new(0.0, 0.0, 0.0, 5e-4, 1e-3).expect("a right-angled wedge");
-        let count = RigidPoints::new(&shape, 1e-5).positions().len();
+        let count = RigidPoints::new(&shape, 1e-5).points.len();
         // The layer and the lattice meet within a row of 600 points.
         assert!((19_400..=20_600).contains(&count), "{count} points");
     }
@@ -155,7 +150,7 @@ mod tests {
         let cell = 2e-5;
         for shape in tools() {
             let points = RigidPoints::new(&shape, cell);
-            for &point in points.positions() {
+            for &point in &points.points {
                 let depth = -shape.closest(point).distance;
                 assert!(depth >= 0.25 * cell * (1.0 - 1e-5), "a point {depth} m deep");
             }

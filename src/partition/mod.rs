@@ -24,7 +24,7 @@ use crate::grid::{FixedNodes, Layout, PencilRanges};
 use crate::parallel::for_each;
 use crate::parallel::take_turns;
 use crate::partition::chunk::Chunk;
-use crate::partition::nodes::ChunkNodes;
+use crate::partition::nodes::{ChunkNodes, ChunkPencils};
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::Real;
 use crate::transfer::NodeRun;
@@ -264,8 +264,13 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             // A chunk without points (a scene that has lost most of them) stands where nothing is.
             let (first, last) = if self.ends[k].0 <= self.ends[k].1 { self.ends[k] } else { (0, 0) };
             let deposits = [&mut self.incoming[k], &mut self.outgoing[k]];
-            owned_from =
-                nodes.arrange::<D>(&self.layout, (first, last, next), owned_from, &self.fixed, deposits);
+            owned_from = nodes.arrange::<D>(
+                &self.layout,
+                ChunkPencils { first, last, next },
+                owned_from,
+                &self.fixed,
+                deposits,
+            );
         }
     }
 }

@@ -15,7 +15,7 @@
 pub mod checks;
 pub mod courant_limit;
 
-use crate::contact::Contact;
+use crate::contact;
 use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use crate::error::Error;
 use crate::grid::shape_function::{Gimp, Linear, ShapeFunction};
@@ -315,13 +315,7 @@ fn simulation<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R
     let options = Options {
         courant: scene.numerics.courant,
         instructions: InstructionSet::detect(),
-        contact: match scene.numerics.contact {
-            ContactChoice::Surface => Contact::Surface,
-            ContactChoice::Distance => Contact::Distance,
-            ContactChoice::Velocity => Contact::Velocity,
-        },
         depth: scene.workpiece.width,
-        sticking: scene.effects.sticking,
         locking_control: scene.effects.volumetric_locking_control,
         mass_scaling: MassScaling::of(scene),
         window: (scene.numerics.active_window > 0.0).then(|| ActiveWindow {
@@ -332,7 +326,8 @@ fn simulation<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R
         chip_tail: (scene.numerics.active_chip > 0.0)
             .then_some(ChipTail { above: scene.numerics.active_chip, height: scene.workpiece.height }),
     };
-    let mut simulation = Simulation::new(partition, (shape, model), tool, options);
+    let contact = contact::law(scene.numerics.contact, scene.effects.sticking);
+    let mut simulation = Simulation::new(partition, (shape, model), tool, contact, options);
     if scene.effects.heat == Heat::Conduction {
         let constants = &scene.material.constants;
         let capacity = constants.density * constants.specific_heat;

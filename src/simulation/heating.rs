@@ -16,9 +16,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         if self.conduction.is_none() || self.tool.friction == 0.0 {
             return;
         }
-        let touched =
-            if self.acts_on_nodes() { self.nodal_contact.touched() } else { self.surface_contact.touched() };
-        let nodes = &touched.friction_heat;
+        let nodes = &self.contact.touched().friction_heat;
         let found: f64 = nodes.iter().map(|entry| entry.1).sum();
         let heat = &mut self.progress.heat;
         let work = self.progress.ledger.friction_work - before;
