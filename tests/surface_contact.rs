@@ -1,5 +1,5 @@
-//! The contact laws of scenes (`contact::surface`, `contact::nodal`): what they must conserve, and that threads do not
-//! change them.
+//! The contact laws of scenes (`contact::surface`, `contact::nodal`): what they must conserve, and that
+//! threads do not change them.
 
 mod common;
 
@@ -45,8 +45,9 @@ fn thrown_of<D: Dimension>(law: ContactChoice, cells: [i32; 3]) -> SteelBlock<D,
 /// A tool that comes to meet it.
 const DRIVE: ToolMotion = ToolMotion { velocity: [-15.0, 0.0], friction: 0.3 };
 
-/// Contact is an exchange: what the block's momentum changes by is the tool's impulse (rounding of a thousand substeps), and
-/// the ledger stays closed, with 0.5 % for what a block that bounces off fixed nodes leaves open too.
+/// Contact is an exchange: what the block's momentum changes by is the tool's impulse (rounding of a thousand
+/// substeps), and the ledger stays closed, with 0.5 % for what a block that bounces off fixed nodes leaves
+/// open too.
 fn check<D: Dimension>(space: &str, law: ContactChoice) {
     let name = format!("{space}, {law:?}");
     let mut block = thrown::<D>(law);
@@ -103,8 +104,9 @@ fn threads_change_nothing() {
     }
 }
 
-/// Friction heat by node is what the friction work of the substep is made of: never negative, and the same sum but for the
-/// rounding of some hundred terms. Asking for it changes nothing else, and without asking there is none.
+/// Friction heat by node is what the friction work of the substep is made of: never negative, and the same
+/// sum but for the rounding of some hundred terms. Asking for it changes nothing else, and without asking
+/// there is none.
 #[test]
 fn friction_heat_adds_up_to_friction_work() {
     for law in LAWS {
@@ -128,8 +130,8 @@ fn friction_heat_adds_up_to_friction_work() {
     }
 }
 
-/// Sweeps start from the last substep's forces, so these are part of a saved state; laws on nodes keep nothing. A run that
-/// goes on from a state is the same to the bit, also through sorts.
+/// Sweeps start from the last substep's forces, so these are part of a saved state; laws on nodes keep
+/// nothing. A run that goes on from a state is the same to the bit, also through sorts.
 #[test]
 fn a_restored_run_is_the_same_to_the_bit() {
     for law in LAWS {
@@ -153,8 +155,8 @@ fn a_restored_run_is_the_same_to_the_bit() {
     }
 }
 
-/// In plane strain the width only scales: a point is as wide in the plane, and touches as early, whatever the depth that its
-/// volume is for. A power of two scales every number without rounding.
+/// In plane strain the width only scales: a point is as wide in the plane, and touches as early, whatever the
+/// depth that its volume is for. A power of two scales every number without rounding.
 #[test]
 fn twice_the_width_is_twice_the_force() {
     let run = |width: f64| {
@@ -173,8 +175,8 @@ fn twice_the_width_is_twice_the_force() {
     assert_eq!(narrow.peak_strain, wide.peak_strain);
 }
 
-/// Where points have left the grid has fewer nodes after a sort; what contact noted of nodes that are gone is forgotten with
-/// them.
+/// Where points have left the grid has fewer nodes after a sort; what contact noted of nodes that are gone is
+/// forgotten with them.
 #[test]
 fn a_grid_that_shrinks_while_the_tool_touches_is_no_surprise() {
     let mut large = thrown::<PlaneStrain>(ContactChoice::Surface);

@@ -1,11 +1,11 @@
 //! Coulomb's law at a node, as an exchange of momentum with the tool.
 //!
-//! The part of a node's velocity that enters the tool is taken away, and of the sliding part as much as Coulomb friction
-//! allows. The impulse m (v − v_trial) is the force on the workpiece times the substep.
+//! The part of a node's velocity that enters the tool is taken away, and of the sliding part as much as
+//! Coulomb friction allows. The impulse m (v − v_trial) is the force on the workpiece times the substep.
 
 use crate::contact::nodes::NodePredictor;
 use crate::dimension::Dimension;
-use crate::partition::nodes::{NodalImpulses, NodeSums};
+use crate::partition::nodes::{NodalImpulses, NodeSums, VelocityChange};
 use crate::tool::RigidTool;
 use crate::tool::profile::Closest;
 
@@ -21,8 +21,8 @@ pub(super) struct Correction<D: Dimension> {
 }
 
 impl<D: Dimension> Correction<D> {
-    /// Square of the velocity change along the directions that contact prescribes: the normal, and all when the node
-    /// sticks.
+    /// Square of the velocity change along the directions that contact prescribes: the normal, and all when
+    /// the node sticks.
     fn prescribed_square(&self, change: &D::Vector<f64>) -> f64 {
         if self.slip.as_ref().iter().all(|&component| component == 0.0) {
             change.as_ref().iter().map(|component| component * component).sum()
@@ -44,8 +44,8 @@ pub(super) struct TrialNode {
 impl TrialNode {
     /// Exchanges momentum with the tool, if the node approaches it; returns whether it does.
     ///
-    /// Notes in `touched` the node's change of velocity, what it adds to the sums and, if that is wanted, its friction
-    /// heat.
+    /// Notes in `touched` the node's change of velocity, what it adds to the sums and, if that is wanted, its
+    /// friction heat.
     pub(super) fn exchange<D: Dimension>(
         &self,
         tool: &RigidTool,
@@ -71,7 +71,7 @@ impl TrialNode {
         for axis in 0..D::AXES {
             change[axis] = contact.velocity[axis] - free[axis];
         }
-        touched.nodes.push((index, change));
+        touched.nodes.push(VelocityChange { node: index, change });
         true
     }
 
@@ -146,8 +146,8 @@ mod tests {
     /// A node 1 µm behind the rake face, half way up.
     const INSIDE: [f64; 2] = [1e-3 + 5e-4 * 0.100_334_672_085_450_5 + 1e-6, 1.2e-3];
 
-    /// The impulse of contact lies in the cone of friction: it pushes, sliding ends on the cone's side, and what sticks
-    /// stays within. Afterwards nothing enters the tool.
+    /// The impulse of contact lies in the cone of friction: it pushes, sliding ends on the cone's side, and
+    /// what sticks stays within. Afterwards nothing enters the tool.
     #[test]
     fn contact_impulse_lies_in_the_cone_of_friction() {
         for friction in [0.0, 0.2, 1.0] {

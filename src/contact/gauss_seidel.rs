@@ -1,9 +1,9 @@
 //! Impulses at touching points: pushing only, and Coulomb's cone, by projected Gauss–Seidel sweeps.
 //!
 //! Point p sees the nodes' velocities with its weights, v_p = Σ_i w_ip v_i, and its impulse j_p moves them by
-//! Δv_i = w_ip j_p/m_i. A correction brings the point by itself to rest against the tool (or to the speed at which it is to
-//! leave), as far as its impulse stays in the cone |j_t| ≤ μ j_n, j_n ≥ 0. Sweeps go over the points in an order that
-//! memory gives, and back, so that the result depends on nothing else.
+//! Δv_i = w_ip j_p/m_i. A correction brings the point by itself to rest against the tool (or to the speed at
+//! which it is to leave), as far as its impulse stays in the cone |j_t| ≤ μ j_n, j_n ≥ 0. Sweeps go over the
+//! points in an order that memory gives, and back, so that the result depends on nothing else.
 //!
 //! Source: Moreau (1999) and Jean (1999), Computer Methods in Applied Mechanics and Engineering 177.
 
@@ -12,13 +12,14 @@ use crate::simd::{Kernel, Simd, Vector};
 
 /// Most sweeps of a substep, there and back counted as two.
 const MOST_SWEEPS: u32 = 400;
-/// Sweeps end when none changes a point's velocity by more than this part of the fastest speed (-); what is left is made
-/// good in the next substep, which starts from here (figures in docs/contact.md).
+/// Sweeps end when none changes a point's velocity by more than this part of the fastest speed (-); what is
+/// left is made good in the next substep, which starts from here (figures in docs/contact.md).
 const TOLERANCE: f64 = 1e-5;
 /// Sweeps between two looks at their progress; even, as sweeps there and back differ.
 const LOOK: u32 = 10;
-/// They end as well where changes are below this part of the fastest speed (-) and fell by less than half since the last
-/// look: points that share their nodes pass impulses on to each other without end, of which no velocity feels much.
+/// They end as well where changes are below this part of the fastest speed (-) and fell by less than half
+/// since the last look: points that share their nodes pass impulses on to each other without end, of which no
+/// velocity feels much.
 const STALLED: f64 = 1e-3;
 
 /// A node that a touching point reaches, as the sweeps need it; the fourth entries are zero.
@@ -64,7 +65,8 @@ pub(super) struct ContactPoint {
     pub(super) friction: f64,
 }
 
-/// Sweeps over the touching points until their velocities settle; a kernel, as a deep tool has thousands of them.
+/// Sweeps over the touching points until their velocities settle; a kernel, as a deep tool has thousands of
+/// them.
 pub(super) struct GaussSeidel<'a> {
     /// The points.
     pub(super) touches: &'a mut [ContactPoint],
@@ -98,7 +100,8 @@ impl Kernel<f64> for GaussSeidel<'_> {
             let mut largest = 0.0_f64;
             for place in 0..touches.len() {
                 let place = if count % 2 == 1 { place } else { touches.len() - 1 - place };
-                // Neighbours share their nodes, so that a correction would wait for the one before: every other is half way off.
+                // Neighbours share their nodes, so that a correction would wait for the one before: every
+                // other is half way off.
                 let place = place / 2 + place % 2 * touches.len().div_ceil(2);
                 largest = largest.max(correct::<S>(&mut touches[place], reached, nodes, tool));
             }

@@ -1,15 +1,15 @@
 //! How the tool meets the workpiece: one contact law at a time.
 //!
-//! A law is solved once per substep, on one thread, beside the first half of the pass over the nodes, from the same
-//! deposits; it says what it changes as `NodalImpulses`, which the chunks add to their nodes. `surface` acts at the
-//! material points (solved by `gauss_seidel`, with `sticking` where strength caps friction), `nodal` holds the paper's
-//! own laws on nodes shared with `tool_particles`, `nodes_inside` is a plain law for tests. `nodes` is what laws see of
-//! points and nodes, `coulomb` is Coulomb's law at a node. Partition and tool lie below and know no law; the simulation
-//! holds one `ContactLaw` and no name of any.
+//! A law is solved once per substep, on one thread, beside the first half of the pass over the nodes, from
+//! the same deposits; it says what it changes as `NodalImpulses`, which the chunks add to their nodes.
+//! `surface` acts at the material points (solved by `gauss_seidel`, with `sticking` where strength caps
+//! friction), `nodal` holds the paper's own laws on nodes shared with `tool_particles`, `nodes_inside` is a
+//! plain law for tests. `nodes` is what laws see of points and nodes, `coulomb` is Coulomb's law at a node.
+//! Partition and tool lie below and know no law; the simulation holds one `ContactLaw` and no name of any.
 //!
-//! To add a law: a file here with a type that is a `ContactLaw`, and its line in `law`; a scene's law has a name in
-//! `scene::ContactChoice`, too. Its state goes through `save` and `restore`; a list of near points through `note_sort`
-//! and `note_motion`. Nothing outside needs to change.
+//! To add a law: a file here with a type that is a `ContactLaw`, and its line in `law`; a scene's law has a
+//! name in `scene::ContactChoice`, too. Its state goes through `save` and `restore`; a list of near points
+//! through `note_sort` and `note_motion`. Nothing outside needs to change.
 
 mod coulomb;
 mod gauss_seidel;
@@ -61,9 +61,11 @@ pub struct ContactCost {
 
 /// A contact law with its state and working memory.
 pub trait ContactLaw<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>>: Send + Sync {
-    /// Solves the contact of a substep from what points deposited for it; `touched` then tells what it changes.
+    /// Solves the contact of a substep from what points deposited for it; `touched` then tells what it
+    /// changes.
     ///
-    /// The nodes of the partition's chunks are elsewhere meanwhile. A substep that is too long is solved again.
+    /// The nodes of the partition's chunks are elsewhere meanwhile. A substep that is too long is solved
+    /// again.
     fn solve(&mut self, partition: &Partition<R, D, S>, shape: &F, contact: &ContactStep<'_, S>);
 
     /// What contact changed in the last substep.
@@ -100,7 +102,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>> Clone for Box
     }
 }
 
-/// A scene's contact law; `sticking` where the material's shear strength caps friction, which `surface` alone can.
+/// A scene's contact law; `sticking` where the material's shear strength caps friction, which `surface` alone
+/// can.
 pub fn law<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>>(
     choice: ContactChoice,
     sticking: bool,

@@ -1,30 +1,31 @@
 //! The paper's own contact laws: `velocity` and `distance`, on nodes that workpiece and tool share.
 //!
-//! Both bodies are points (`contact::tool_particles`) and map their velocities on the same nodes. Node i is shared
-//! where a point of each reaches it, that is, has weight there. The tool is rigid and so heavy that the common velocity
-//! v_i of eq. 18 is its own. With n the tool's outward normal at the node:
+//! Both bodies are points (`contact::tool_particles`) and map their velocities on the same nodes. Node i is
+//! shared where a point of each reaches it, that is, has weight there. The tool is rigid and so heavy that
+//! the common velocity v_i of eq. 18 is its own. With n the tool's outward normal at the node:
 //!
-//! * `velocity` (Bardenhagen): a shared node is in contact where the workpiece's velocity there approaches the tool,
-//!   (v_i^b − v_i) · n_i^b > 0 (eq. 18), n^b = −n. It acts up to two cells ahead of the tool.
+//! * `velocity` (Bardenhagen): a shared node is in contact where the workpiece's velocity there approaches
+//!   the tool, (v_i^b − v_i) · n_i^b > 0 (eq. 18), n^b = −n. It acts up to two cells ahead of the tool.
 //! * `distance`: besides, the bodies must be close to each other (eqs. 19 to 22),
 //!
 //!   D_i = n · d_i^A − n · d_i^B ≤ L/2,
 //!
-//!   where d points from a body's foremost point to the node: D is how far the workpiece's nearest point is ahead of
-//!   the tool's, n · (x_b − x_a), over the points that reach the node. Points half a cell apart stand a quarter of a cell
-//!   below their surface, so D = L/2 where surfaces meet. Eq. 20 is printed with the maximum over the tool's points,
-//!   which would be the hindmost; the foremost have the minimum.
+//!   where d points from a body's foremost point to the node: D is how far the workpiece's nearest point is
+//!   ahead of the tool's, n · (x_b − x_a), over the points that reach the node. Points half a cell apart
+//!   stand a quarter of a cell below their surface, so D = L/2 where surfaces meet. Eq. 20 is printed with
+//!   the maximum over the tool's points, which would be the hindmost; the foremost have the minimum.
 //!
-//! In contact the normal velocity becomes the tool's, which is eq. 23 for a rigid tool at constant speed, and the impulse
-//! m (v − v_trial) pushes only; of the sliding Coulomb's law takes away what it can (`contact::coulomb`).
+//! In contact the normal velocity becomes the tool's, which is eq. 23 for a rigid tool at constant speed, and
+//! the impulse m (v − v_trial) pushes only; of the sliding Coulomb's law takes away what it can
+//! (`contact::coulomb`).
 //!
-//! n is that of the exact shape: gradients of the tool's mass, which have no direction inside it and turn near its
-//! corners, would only blur it.
+//! n is that of the exact shape: gradients of the tool's mass, which have no direction inside it and turn
+//! near its corners, would only blur it.
 //!
 //! Source: Ambati et al. (2011), eqs. 18 to 23; Bardenhagen et al. (2000), doi:10.1016/S0045-7825(99)00338-2.
 //!
-//! Form of the effect: an optional pass before points move, as `contact::surface`, on one thread; nothing of it is part
-//! of the state.
+//! Form of the effect: an optional pass before points move, as `contact::surface`, on one thread; nothing of
+//! it is part of the state.
 
 use crate::checkpoint::{BulkReader, StateBytes};
 use crate::contact::coulomb::TrialNode;
@@ -219,7 +220,7 @@ impl NodalContact {
                 node.exchange::<D>(contact.tool, contact.wants_heat, &mut self.touched);
             }
         }
-        self.touched.nodes.sort_unstable_by_key(|change| change.0);
+        self.touched.nodes.sort_unstable_by_key(|change| change.node);
         self.touched.friction_heat.sort_unstable_by_key(|entry| entry.0);
     }
 }

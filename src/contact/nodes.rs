@@ -63,8 +63,8 @@ impl Place {
     }
 }
 
-/// Shows to `visit` every point within `reach` (cells) of the tool, and some that are further, in the order of memory:
-/// place, block, and distance from the tool (m).
+/// Shows to `visit` every point within `reach` (cells) of the tool, and some that are further, in the order
+/// of memory: place, block, and distance from the tool (m).
 pub(super) fn list_near<R: Real, D: Dimension, S: PointState<R>>(
     partition: &Partition<R, D, S>,
     tool: &RigidTool,
@@ -179,7 +179,8 @@ pub(super) struct TouchedNode {
     pub(super) own: f64,
 }
 
-/// Shows to `visit` every node that a point touches, with weights carried on by `shift` (cells) along x and y.
+/// Shows to `visit` every node that a point touches, with weights carried on by `shift` (cells) along x and
+/// y.
 pub(super) fn for_each_weight<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>>(
     block: &Block<R, D, S>,
     lane: usize,

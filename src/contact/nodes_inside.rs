@@ -1,7 +1,8 @@
 //! Contact of nodes that lie inside the tool and move into it: the oldest law here.
 //!
-//! It is kept as one that a plain loop over nodes can be held against, and that has no sweeps to end; no scene has it.
-//! It acts as soon as a node behind the tool's surface has mass, up to 1.25 cells before a point is there.
+//! It is kept as one that a plain loop over nodes can be held against, and that has no sweeps to end; no
+//! scene has it. It acts as soon as a node behind the tool's surface has mass, up to 1.25 cells before a
+//! point is there.
 //!
 //! Form of the effect: an optional pass as the other laws, on one thread; nothing of it is part of the state.
 

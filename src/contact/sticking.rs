@@ -2,26 +2,31 @@
 //!
 //! Along the face the traction follows Zorev's law,
 //!
-//! τ = min(μ p, k), with the shear strength k = σ_y/√3 of the flow stress σ_y of the material that touches (von Mises),
+//! τ = min(μ p, k), with the shear strength k = σ_y/√3 of the flow stress σ_y of the material that touches
+//! (von Mises),
 //!
-//! so material close to the edge, where the pressure is high, sticks to the tool and shears within, and slides further up.
+//! so material close to the edge, where the pressure is high, sticks to the tool and shears within, and
+//! slides further up.
 //!
-//! Footprint of a point: the part of the face that is nearer to it than to another touching point. Along the outline of the
-//! tool it ends halfway to each neighbour; at the end of the contact, where the next touching point is more than `GAP`
-//! away, half a point's width from it. In space the face is cut across z into strips as wide as a point, and
-//! points have neighbours in their own strip. So footprints cover the contact once, however the points lie.
+//! Footprint of a point: the part of the face that is nearer to it than to another touching point. Along the
+//! outline of the tool it ends halfway to each neighbour; at the end of the contact, where the next touching
+//! point is more than `GAP` away, half a point's width from it. In space the face is cut across z into strips
+//! as wide as a point, and points have neighbours in their own strip. So footprints cover the contact once,
+//! however the points lie.
 //!
-//! Cap: in the sweeps (`contact::gauss_seidel`) a point obeys |j_t| ≤ μ_p j_n, with its present normal impulse and
+//! Cap: in the sweeps (`contact::gauss_seidel`) a point obeys |j_t| ≤ μ_p j_n, with its present normal
+//! impulse and
 //!
 //! μ_p = min(μ, Σ_q K_pq k_q a_q Δt/P_q),   P_q = Σ_p K_pq j_np,   K_pq = max(0, 1 − |s_p − s_q|/L),
 //!
-//! that is, what footprint q can carry, k_q a_q Δt, is shared out among the points within a cell L along the outline, in
-//! proportion to their pushes: together they drag at most Σ k a Δt, whoever pushes. Where all push alike this is |j_t| ≤ k a Δt
-//! at each. There are more points than nodes, so what a single one pushes is not determined, only the sum over a cell
-//! is, and often every other point carries the push of two: a cap on each point by itself would be too low.
+//! that is, what footprint q can carry, k_q a_q Δt, is shared out among the points within a cell L along the
+//! outline, in proportion to their pushes: together they drag at most Σ k a Δt, whoever pushes. Where all
+//! push alike this is |j_t| ≤ k a Δt at each. There are more points than nodes, so what a single one pushes
+//! is not determined, only the sum over a cell is, and often every other point carries the push of two: a cap
+//! on each point by itself would be too low.
 //!
-//! Source: Zorev (1963), Inter-relationship between shear processes occurring along tool face and shear plane in metal
-//! cutting; the paper names the law as what is missing (Ambati et al. 2011, section 4).
+//! Source: Zorev (1963), Inter-relationship between shear processes occurring along tool face and shear plane
+//! in metal cutting; the paper names the law as what is missing (Ambati et al. 2011, section 4).
 //!
 //! Form of the effect: optional; a scene without it keeps no array and the sweeps take the scene's μ.
 
@@ -142,7 +147,8 @@ impl Sticking {
         }
     }
 
-    /// Lowers the points' coefficients of friction to what their strength lets them carry, by their present impulses.
+    /// Lowers the points' coefficients of friction to what their strength lets them carry, by their present
+    /// impulses.
     ///
     /// * `friction`: μ (-); `cell`: L (m); `dt`: substep (s)
     pub(super) fn cap(&mut self, touches: &mut [ContactPoint], friction: f64, cell: f64, dt: f64) {
@@ -153,7 +159,8 @@ impl Sticking {
         }
     }
 
-    /// Areas of the contact; friction is below Coulomb's where it is capped, or where the point is at rest on the face.
+    /// Areas of the contact; friction is below Coulomb's where it is capped, or where the point is at rest on
+    /// the face.
     ///
     /// Footprints count for the points that share them.
     pub(super) fn areas(&mut self, touches: &[ContactPoint], friction: f64, cell: f64) -> ContactAreas {
@@ -215,8 +222,9 @@ mod tests {
         pushes.iter().map(touch).collect()
     }
 
-    /// However points lie, their footprints cover the contact once: from half a width before the first to half a width behind
-    /// the last, less what lies in gaps. Places and widths are halves, so that sums are exact.
+    /// However points lie, their footprints cover the contact once: from half a width before the first to
+    /// half a width behind the last, less what lies in gaps. Places and widths are halves, so that sums are
+    /// exact.
     #[test]
     fn footprints_cover_the_contact_once() {
         for (places, length) in [
@@ -238,8 +246,8 @@ mod tests {
         assert!(apart.places.iter().all(|place| place.area == 1.0), "points in two strips are no neighbours");
     }
 
-    /// Together the points may drag strength times area, whoever pushes; and a push too low for the cap leaves Coulomb's
-    /// coefficient.
+    /// Together the points may drag strength times area, whoever pushes; and a push too low for the cap
+    /// leaves Coulomb's coefficient.
     #[test]
     fn the_cap_is_strength_times_area_whoever_pushes() {
         let places: Vec<f64> = (0..40).map(f64::from).collect();

@@ -1,25 +1,27 @@
-//! Contact of the tool with the material points themselves, solved on the grid before each substep: the law `surface`.
+//! Contact of the tool with the material points themselves, solved on the grid before each substep: the law
+//! `surface`.
 //!
-//! A point is a square of its own; it touches when the tool reaches it, that is, when its distance from the tool is at most
-//! half its width. Each touching point p asks that the grid's velocity there does not enter the tool,
+//! A point is a square of its own; it touches when the tool reaches it, that is, when its distance from the
+//! tool is at most half its width. Each touching point p asks that the grid's velocity there does not enter
+//! the tool,
 //!
 //! (Σ_i w_ip v_i − v_tool) · n ≥ b,
 //!
-//! where the tool's surface is nearest to the point: w_ip are the point's weights carried on to that place c by their
-//! slopes, w_ip = N_i(x_p) + (c − x_p) · ∇N_i(x_p), as its velocity is by the velocity gradient. (The weights at c itself
-//! would mostly move nodes behind the surface, which have next to no mass.) The impulse j_p that sees to it acts on the
-//! nodes with the same weights, Δv_i = w_ip j_p/m_i, so momentum and its moment are exchanged where the material is,
-//! wherever the tool's face lies between the nodes. Pushing only and Coulomb's cone, |j_t| ≤ μ j_n, are kept at every
-//! point by projected Gauss–Seidel sweeps (`contact::gauss_seidel`). They start from the forces of the last substep,
-//! which are part of the state. b is 0 for a point outside the tool; one that has come inside leaves at `RETURN` of its
-//! depth per substep.
+//! where the tool's surface is nearest to the point: w_ip are the point's weights carried on to that place c
+//! by their slopes, w_ip = N_i(x_p) + (c − x_p) · ∇N_i(x_p), as its velocity is by the velocity gradient.
+//! (The weights at c itself would mostly move nodes behind the surface, which have next to no mass.) The
+//! impulse j_p that sees to it acts on the nodes with the same weights, Δv_i = w_ip j_p/m_i, so momentum and
+//! its moment are exchanged where the material is, wherever the tool's face lies between the nodes. Pushing
+//! only and Coulomb's cone, |j_t| ≤ μ j_n, are kept at every point by projected Gauss–Seidel sweeps
+//! (`contact::gauss_seidel`). They start from the forces of the last substep, which are part of the state. b
+//! is 0 for a point outside the tool; one that has come inside leaves at `RETURN` of its depth per substep.
 //!
-//! Source: Moreau (1999) and Jean (1999), Computer Methods in Applied Mechanics and Engineering 177 (contact dynamics, and
-//! the projected sweeps).
+//! Source: Moreau (1999) and Jean (1999), Computer Methods in Applied Mechanics and Engineering 177 (contact
+//! dynamics, and the projected sweeps).
 //!
-//! Form of the effect: an optional pass before the points. Points near the tool are listed, and listed anew when they are
-//! sorted or may have come from further away than `REACH`; the list only saves looking at the others. The pass runs on
-//! one thread: its result does not depend on how many there are.
+//! Form of the effect: an optional pass before the points. Points near the tool are listed, and listed anew
+//! when they are sorted or may have come from further away than `REACH`; the list only saves looking at the
+//! others. The pass runs on one thread: its result does not depend on how many there are.
 
 use crate::checkpoint::{BulkReader, StateBytes};
 use crate::contact::gauss_seidel::{ContactPoint, GaussSeidel, Node, NodeWeight, warm_start};
@@ -32,7 +34,7 @@ use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::grid::shape_function::ShapeFunction;
 use crate::partition::Partition;
-use crate::partition::nodes::NodalImpulses;
+use crate::partition::nodes::{NodalImpulses, VelocityChange};
 use crate::points::{Block, PointState};
 use crate::simd::{Real, dispatch};
 
@@ -41,13 +43,15 @@ const REACH: f64 = 1.0;
 /// Part of its depth that a point inside the tool comes out in a substep (-).
 const RETURN: f64 = 0.02;
 
-/// Contact at the points: the list of those near the tool with their last forces, and working memory that is kept.
+/// Contact at the points: the list of those near the tool with their last forces, and working memory that is
+/// kept.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SurfaceContact {
     /// Whether the material's shear strength caps friction.
     caps: bool,
     near: Vec<NearPoint>,
-    /// Whether the list is of no use any more, and how far points and tool may have moved since it was made (cells).
+    /// Whether the list is of no use any more, and how far points and tool may have moved since it was made
+    /// (cells).
     is_stale: bool,
     moved: f64,
     /// By node of the layout: its place in `nodes`, or `NOT_LISTED`.
@@ -354,10 +358,11 @@ impl SurfaceContact {
                 }
             }
         }
-        touched.nodes.extend(starts.iter().zip(nodes.iter()).map(|(start, node)| {
-            (start.index, std::array::from_fn(|axis| node.velocity[axis] - start.free[axis]))
+        touched.nodes.extend(starts.iter().zip(nodes.iter()).map(|(start, node)| VelocityChange {
+            node: start.index,
+            change: std::array::from_fn(|axis| node.velocity[axis] - start.free[axis]),
         }));
-        touched.nodes.sort_unstable_by_key(|change| change.0);
+        touched.nodes.sort_unstable_by_key(|change| change.node);
         let by_node = starts.iter().zip(heated.iter()).filter(|(_, heat)| **heat > 0.0);
         touched.friction_heat.extend(by_node.map(|(start, &heat)| (start.index, heat)));
         touched.friction_heat.sort_unstable_by_key(|entry| entry.0);

@@ -1,9 +1,9 @@
 //! The rigid tool as points, for the paper's own contact laws (`contact::nodal`).
 //!
-//! Points fill the tool's cross-section half a cell apart, as the workpiece's do: a first layer a quarter of a cell below the
-//! surface, along the faces and around the edge, so that a flat face is flat to the points, too; behind it a square
-//! lattice. They are kept by squares of a cell, from the tool's lowest point, and move with it. In space the tool is the
-//! same everywhere along z.
+//! Points fill the tool's cross-section half a cell apart, as the workpiece's do: a first layer a quarter of
+//! a cell below the surface, along the faces and around the edge, so that a flat face is flat to the points,
+//! too; behind it a square lattice. They are kept by squares of a cell, from the tool's lowest point, and
+//! move with it. In space the tool is the same everywhere along z.
 
 use crate::tool::profile::ToolShape;
 
@@ -17,7 +17,8 @@ const ARC: usize = 32;
 pub(super) struct RigidPoints {
     /// Edge of a square (m); 0 before there are points.
     cell: f64,
-    /// Lower left corner of the first square from the tool's lowest point (m), and the number of squares along x and y.
+    /// Lower left corner of the first square from the tool's lowest point (m), and the number of squares
+    /// along x and y.
     corner: [f64; 2],
     counts: [i32; 2],
     /// Positions (m), square by square.
@@ -134,7 +135,8 @@ mod tests {
             .collect()
     }
 
-    /// The paper's tool, 0.5 mm by 1 mm with points 5 µm apart, has 20,000 points; clearance takes a wedge away.
+    /// The paper's tool, 0.5 mm by 1 mm with points 5 µm apart, has 20,000 points; clearance takes a wedge
+    /// away.
     #[test]
     fn the_papers_tool_has_its_number_of_points() {
         let shape = ToolShape::new(0.0, 0.0, 0.0, 5e-4, 1e-3).expect("a right-angled wedge");
@@ -143,8 +145,8 @@ mod tests {
         assert!((19_400..=20_600).contains(&count), "{count} points");
     }
 
-    /// All points lie a quarter of a cell or more inside, and everything deeper has one within a cell: seen from a node ahead
-    /// of a face, the foremost lies a quarter of a cell below it to rounding.
+    /// All points lie a quarter of a cell or more inside, and everything deeper has one within a cell: seen
+    /// from a node ahead of a face, the foremost lies a quarter of a cell below it to rounding.
     #[test]
     fn points_fill_the_tool_behind_flat_faces() {
         let cell = 2e-5;

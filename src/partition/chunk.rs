@@ -7,11 +7,11 @@
 //!                                      ├───────────┤
 //! ```
 //!
-//! A chunk adds up, on its own nodes (`partition::nodes`), what all chunks deposited there in the last substep, always
-//! in the order of the chunks; solves the momentum equation; and moves its points, which deposit into a buffer of its
-//! own. It reads only the deposits of the last substep and writes only its own, so a substep needs no lock, and its
-//! result does not depend on how many threads there are. On the overlap neighbours do the same work twice and get the
-//! same bits; sums over nodes count those that a chunk owns.
+//! A chunk adds up, on its own nodes (`partition::nodes`), what all chunks deposited there in the last
+//! substep, always in the order of the chunks; solves the momentum equation; and moves its points, which
+//! deposit into a buffer of its own. It reads only the deposits of the last substep and writes only its own,
+//! so a substep needs no lock, and its result does not depend on how many threads there are. On the overlap
+//! neighbours do the same work twice and get the same bits; sums over nodes count those that a chunk owns.
 
 use crate::dimension::Dimension;
 use crate::grid::Layout;
@@ -68,9 +68,9 @@ pub struct PointsStep<'a, F, M> {
 }
 
 impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
-    /// Moves the points by what a substep has made of their `nodes`; they deposit into `outgoing`. With a bound (m/s),
-    /// notes in `outliers` those whose velocity differs by more from the ones that all nodes around them had in the
-    /// substep.
+    /// Moves the points by what a substep has made of their `nodes`; they deposit into `outgoing`. With a
+    /// bound (m/s), notes in `outliers` those whose velocity differs by more from the ones that all nodes
+    /// around them had in the substep.
     pub fn update_particles<F: ShapeFunction<R>, M: ConstitutiveModel<R, D, State = S>>(
         &mut self,
         nodes: &mut ChunkNodes<R>,
@@ -93,7 +93,8 @@ impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
         }
     }
 
-    /// Deposits mass, momentum and force of points that have just been sorted, without moving them: in a substep of 0 s.
+    /// Deposits mass, momentum and force of points that have just been sorted, without moving them: in a
+    /// substep of 0 s.
     pub fn deposit<F: ShapeFunction<R>, M: ConstitutiveModel<R, D, State = S>>(
         &mut self,
         nodes: &mut ChunkNodes<R>,

@@ -2,10 +2,11 @@
 //!
 //! In two halves, between which the threads meet:
 //!
-//! 1. what all chunks have deposited is added up, the momentum equation solved, body forces and walls applied. Contact
-//!    needs the same deposits and nothing of this, so it is solved on one thread while the others are here;
-//! 2. what contact changes is added, increments are smoothed where the scene wants it, and the substep is judged by what it
-//!    will do to the points.
+//! 1. what all chunks have deposited is added up, the momentum equation solved, body forces and walls
+//!    applied. Contact needs the same deposits and nothing of this, so it is solved on one thread while the
+//!    others are here;
+//! 2. what contact changes is added, increments are smoothed where the scene wants it, and the substep is
+//!    judged by what it will do to the points.
 
 use crate::dimension::Dimension;
 use crate::grid::body_force::BodyForce;
@@ -37,7 +38,8 @@ pub struct ContactAreas {
 /// What a chunk's nodes add up in one substep, over the nodes it owns.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NodeSums {
-    /// ½ Σ m |Δv|² (J); with an affine transfer ½ Σ m Δv·v; with smoothed increments what `partition::smoothing` has.
+    /// ½ Σ m |Δv|² (J); with an affine transfer ½ Σ m Δv·v; with smoothed increments what
+    /// `partition::smoothing` has.
     pub increment_energy: f64,
     /// Impulse of the tool on the workpiece (N s).
     pub tool_impulse: [f64; 2],
@@ -47,7 +49,8 @@ pub struct NodeSums {
     pub friction_work: f64,
     /// ½ Σ m |Δv|² along the directions that contact or a wall prescribes (J): inelastic impact.
     pub contact_loss: f64,
-    /// Work of the contact impulses on what is left of the points' approach (J), negative where points are pushed out.
+    /// Work of the contact impulses on what is left of the points' approach (J), negative where points are
+    /// pushed out.
     pub approach_work: f64,
     /// Areas of contact, where strength caps friction.
     pub contact_areas: ContactAreas,
@@ -57,13 +60,22 @@ pub struct NodeSums {
     pub touches: bool,
 }
 
+/// What contact does to a node.
+#[derive(Clone, Copy, Debug)]
+pub struct VelocityChange {
+    /// Index of the node in the layout.
+    pub node: usize,
+    /// Its change of velocity (m/s).
+    pub change: [f64; 3],
+}
+
 /// What contact changes in a substep, found beside the first half of it.
 #[derive(Clone, Debug, Default)]
 pub struct NodalImpulses {
-    /// Index of the node in the layout and its change of velocity (m/s), in rising order.
-    pub nodes: Vec<(usize, [f64; 3])>,
-    /// Index of the node in the layout and the friction heat of the substep there (J, at least 0), in rising order; it adds
-    /// up to the friction work. Empty unless asked for.
+    /// The nodes that contact moves, in rising order.
+    pub nodes: Vec<VelocityChange>,
+    /// Index of the node in the layout and the friction heat of the substep there (J, at least 0), in rising
+    /// order; it adds up to the friction work. Empty unless asked for.
     pub friction_heat: Vec<(usize, f64)>,
     /// For the ledger and the outputs.
     pub sums: NodeSums,
@@ -105,7 +117,8 @@ pub struct StepContext {
     pub dt: f64,
     /// Nodes lighter than this (kg) stay at rest: nothing but rounding is left there.
     pub lightest: f64,
-    /// Steepness of the shape function over the mass of the lightest point (1/kg), see `partition::step_bounds`.
+    /// Steepness of the shape function over the mass of the lightest point (1/kg), see
+    /// `partition::step_bounds`.
     pub share_per_mass: f64,
     /// Acceleration of the nodes by a body force, if the scene has one.
     pub body_force: Option<Arc<dyn BodyForce>>,
@@ -127,7 +140,8 @@ pub struct ChunkPencils {
 }
 
 impl<R: Real> ChunkNodes<R> {
-    /// Takes the nodes around a chunk's points; `owned_from` is where the ownership of the chunk before ended.
+    /// Takes the nodes around a chunk's points; `owned_from` is where the ownership of the chunk before
+    /// ended.
     ///
     /// Returns where its ownership ends.
     pub fn arrange<D: Dimension>(
@@ -156,7 +170,8 @@ impl<R: Real> ChunkNodes<R> {
         // Own up to the next chunk's first pencil, but no further than the nodes reach.
         let end_pencil = next.map_or(count, |next| next.min(self.pencils.end));
         let end = layout.start[end_pencil].max(owned_from);
-        // A chunk without points may stand before what has been given away: it owns nothing, within its nodes.
+        // A chunk without points may stand before what has been given away: it owns nothing, within its
+        // nodes.
         let begin = owned_from.clamp(nodes.start, nodes.end);
         self.owned = begin..end.clamp(begin, nodes.end);
         self.fixed.clear();
@@ -232,7 +247,8 @@ impl<R: Real> ChunkNodes<R> {
         );
     }
 
-    /// Gives the nodes the velocities back that their increments belong to, where those that move the points are smoothed.
+    /// Gives the nodes the velocities back that their increments belong to, where those that move the points
+    /// are smoothed.
     pub fn take_smoothing_back(&mut self, layout: &Layout) {
         if layout.shares_masses {
             self.smoothing.take_back(&mut self.run);
@@ -262,9 +278,10 @@ impl<R: Real> ChunkNodes<R> {
     /// Adds to the nodes what contact changes; its sums are counted where it was found.
     fn apply_nodal_impulses<D: Dimension>(&mut self, changes: &NodalImpulses) {
         let end = self.run.first + self.run.count::<D>();
-        let begin = changes.nodes.partition_point(|change| change.0 < self.run.first);
-        for &(index, change) in changes.nodes[begin..].iter().take_while(|change| change.0 < end) {
-            let node = index - self.run.first;
+        let begin = changes.nodes.partition_point(|change| change.node < self.run.first);
+        let own = changes.nodes[begin..].iter().take_while(|change| change.node < end);
+        for &VelocityChange { node, change } in own {
+            let node = node - self.run.first;
             let record = &mut self.run.records[node * D::QUADS..(node + 1) * D::QUADS];
             let (velocity, gain) = (grid::velocity::<R, D>(record), grid::increment::<R, D>(record));
             let sum = |old: D::Vector<f64>| D::vector(|axis| old[axis] + change[axis]);
@@ -280,8 +297,8 @@ impl<R: Real> ChunkNodes<R> {
             self.smoothing.leave(node.index, node.axes);
         }
         let owned = self.owned.start - self.run.first..self.owned.end - self.run.first;
-        let touched = touched.nodes.iter().filter(|(index, _)| self.owned.contains(index));
-        let touched = touched.map(|&(index, change)| (index - self.run.first, change));
+        let touched = touched.nodes.iter().filter(|touched| self.owned.contains(&touched.node));
+        let touched = touched.map(|touched| (touched.node - self.run.first, touched.change));
         self.sums.increment_energy += self.smoothing.half_work(&self.run, owned, touched);
         self.smoothing.apply(&mut self.run);
     }

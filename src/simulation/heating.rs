@@ -1,4 +1,5 @@
-//! What a simulation does about heat that flows: friction heat on its way to the points, conduction passes, the tool.
+//! What a simulation does about heat that flows: friction heat on its way to the points, conduction passes,
+//! the tool.
 
 use super::Simulation;
 use crate::dimension::Dimension;
@@ -40,7 +41,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         let for_points: NodeHeat = sources.iter().map(|&(node, work)| (node, own * work)).collect();
         let parts = (&self.shape, &self.model);
         let left = sources::deposit(&mut self.partition, parts, &for_points, conduction.capacity(), heat);
-        // What finds no place waits for the next node that does; the tool's share of it has been given already.
+        // What finds no place waits for the next node that does; the tool's share of it has been given
+        // already.
         heat.unplaced += left;
         let for_tool = (1.0 - own) * sources.iter().map(|source| source.1).sum::<f64>();
         heat.friction_in_tool += for_tool;

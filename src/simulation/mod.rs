@@ -35,8 +35,8 @@ use crate::transfer::{NodeRun, PassSums};
 use std::cmp::Reverse;
 use std::sync::Arc;
 
-/// Points are sorted again before any can have moved further than this along an axis (cells); together with one
-/// substep's `transfer::TRAVEL_LIMIT` it stays within the cell of margin that the grid keeps for motion.
+/// Points are sorted again before any can have moved further than this along an axis (cells); together with
+/// one substep's `transfer::TRAVEL_LIMIT` it stays within the cell of margin that the grid keeps for motion.
 const SORT_TRAVEL: f64 = 0.5;
 
 /// The simulation of one scene, monomorphised for what the scene names.
@@ -75,8 +75,9 @@ pub struct Simulation<R: Real, D: Dimension, F: ShapeFunction<R>, M: Constitutiv
 impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Simulation<R, D, F, M> {
     /// Mass of a node that is left out, over that of the lightest point (-).
     ///
-    /// Weight falls with the square of a point's reach into a node's cell and force only with the reach: a node left
-    /// out at the square of the rounding error of a point's mass takes a rounding error of its force out of the balance.
+    /// Weight falls with the square of a point's reach into a node's cell and force only with the reach: a
+    /// node left out at the square of the rounding error of a point's mass takes a rounding error of its
+    /// force out of the balance.
     const NEGLIGIBLE: f64 = if R::IS_SINGLE { 1e-14 } else { 1e-24 };
 
     /// A simulation of sorted points at rest or in motion; deposits them for the first substep.
@@ -212,8 +213,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         self.lightest / Self::NEGLIGIBLE
     }
 
-    /// Contact and momentum equation on the nodes for a substep of `dt` (s), or of as many halves of it as keep the
-    /// points' motion within bounds; gives the length kept.
+    /// Contact and momentum equation on the nodes for a substep of `dt` (s), or of as many halves of it as
+    /// keep the points' motion within bounds; gives the length kept.
     fn update_grid(&mut self, mut dt: f64, parallel: bool) -> Result<f64, Error> {
         for retry in 0.. {
             self.move_nodes(dt, parallel);
@@ -320,9 +321,9 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         self.deposit(parallel);
     }
 
-    /// By how much (m/s) a point's velocity may differ from its nodes' at the end of this substep, if it is time to look: each
-    /// time the points have moved by the interval of `stabilization::null_space_filter`. With scaled mass it is the bound of
-    /// the true density: σ_y/(ρ c) goes with the inverse root of ρ.
+    /// By how much (m/s) a point's velocity may differ from its nodes' at the end of this substep, if it is
+    /// time to look: each time the points have moved by the interval of `stabilization::null_space_filter`.
+    /// With scaled mass it is the bound of the true density: σ_y/(ρ c) goes with the inverse root of ρ.
     fn outlier_bound(&mut self) -> Option<f64> {
         if self.progress.travel_unseen <= null_space_filter::INTERVAL {
             return None;
@@ -331,7 +332,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         Some(self.model.yield_speed() * self.progress.mass_factor.sqrt()).filter(|bound| bound.is_finite())
     }
 
-    /// Brings velocities back that the grid cannot see; returns whether there are so many that the run may have gone wrong.
+    /// Brings velocities back that the grid cannot see; returns whether there are so many that the run may
+    /// have gone wrong.
     fn filter_null_space(&mut self, parallel: bool) -> bool {
         let density = self.model.density();
         let (count, taken) =
