@@ -39,6 +39,7 @@ use crate::partition::Partition;
 use crate::partition::nodes::NodalImpulses;
 use crate::points::PointState;
 use crate::simd::Real;
+use crate::tool::RigidTool;
 use std::f64::consts::SQRT_2;
 
 /// The list of near points is made anew when points and tool may have moved this far (cells).
@@ -83,7 +84,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>> ContactLaw<R,
             self.list_near(partition, contact, reach);
         }
         self.find(partition, shape, contact, reach);
-        self.exchange(partition, contact);
+        self.exchange::<D>(contact.tool, contact.wants_heat, cell);
     }
 
     fn touched(&self) -> &NodalImpulses {
@@ -207,17 +208,13 @@ impl NodalContact {
         }
     }
 
-    /// Exchanges momentum at the nodes in contact.
-    fn exchange<R: Real, D: Dimension, S: PointState<R>>(
-        &mut self,
-        partition: &Partition<R, D, S>,
-        contact: &ContactStep<'_, S>,
-    ) {
+    /// Exchanges momentum at the nodes in contact; `cell` is the cell length (m).
+    fn exchange<D: Dimension>(&mut self, tool: &RigidTool, wants_heat: bool, cell: f64) {
         self.touched.clear();
-        let most = self.most_distance * partition.layout.cell;
+        let most = self.most_distance * cell;
         for SharedNode { node, front, nearest } in &self.nodes {
             if front.is_some_and(|front| nearest - front <= most) {
-                node.exchange::<D>(contact.tool, contact.wants_heat, &mut self.touched);
+                node.exchange::<D>(tool, wants_heat, &mut self.touched);
             }
         }
         self.touched.nodes.sort_unstable_by_key(|change| change.node);

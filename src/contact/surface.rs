@@ -34,9 +34,10 @@ use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::grid::shape_function::ShapeFunction;
 use crate::partition::Partition;
-use crate::partition::nodes::{NodalImpulses, VelocityChange};
+use crate::partition::nodes::{NodalImpulses, StepContext, VelocityChange};
 use crate::points::{Block, PointState};
 use crate::simd::{Real, dispatch};
+use crate::tool::RigidTool;
 
 /// Points are listed up to this far from the tool, beyond half their width (cells).
 const REACH: f64 = 1.0;
@@ -95,8 +96,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>> ContactLaw<R,
             return;
         }
         let cell = partition.layout.cell;
-        self.sweep_points(contact, cell);
-        self.sum_up::<D, S>(contact);
+        self.sweep_points(contact.tool, contact.step, cell);
+        self.sum_up::<D>(contact.tool, contact.step.dt, contact.wants_heat);
         if self.caps {
             let areas = self.sticking.areas(&self.touches, contact.tool.friction, cell);
             self.touched.sums.contact_areas = areas;
@@ -293,36 +294,34 @@ impl SurfaceContact {
     }
 
     /// Sweeps over the touching points until their velocities settle; `cell` is the cell length (m).
-    fn sweep_points<S>(&mut self, contact: &ContactStep<'_, S>, cell: f64) {
-        let tool = contact.tool;
+    fn sweep_points(&mut self, tool: &RigidTool, step: &StepContext, cell: f64) {
         let SurfaceContact { caps, nodes, touches, reached, sticking, .. } = self;
         if *caps {
             sticking.measure(cell);
         }
         let prepare = &mut |touches: &mut [ContactPoint]| {
             if *caps {
-                sticking.cap(touches, tool.friction, cell, contact.step.dt);
+                sticking.cap(touches, tool.friction, cell, step.dt);
             }
         };
         let velocity = [tool.velocity[0], tool.velocity[1], 0.0];
         let sweep = GaussSeidel { touches, reached, nodes, tool: velocity, prepare };
-        self.sweeps = dispatch(contact.step.instructions, sweep);
+        self.sweeps = dispatch(step.instructions, sweep);
     }
 
-    /// What the impulses found amount to.
-    fn sum_up<D: Dimension, S>(&mut self, contact: &ContactStep<'_, S>) {
+    /// What the impulses found amount to in a substep of `dt` (s).
+    fn sum_up<D: Dimension>(&mut self, tool: &RigidTool, dt: f64, wants_heat: bool) {
         let SurfaceContact {
             near, nodes, starts, touches, reached, own_weights, heat: heated, touched, ..
         } = self;
         heated.clear();
-        if contact.wants_heat {
+        if wants_heat {
             heated.resize(nodes.len(), 0.0);
         }
-        let tool = contact.tool;
         let tool_velocity = [tool.velocity[0], tool.velocity[1], 0.0];
         let sums = &mut touched.sums;
         for touch in touches.iter() {
-            near[touch.near as usize].force = touch.impulse.map(|j| j / contact.step.dt);
+            near[touch.near as usize].force = touch.impulse.map(|j| j / dt);
             if touch.impulse == [0.0; 3] {
                 continue;
             }
@@ -351,7 +350,7 @@ impl SurfaceContact {
             sums.tool_impulse[1] += touch.impulse[1];
             sums.touches = true;
             sums.contact_reach = sums.contact_reach.max(touch.rake_coordinate);
-            if contact.wants_heat && heat > 0.0 {
+            if wants_heat && heat > 0.0 {
                 // The point's own weights are never negative and add up to one.
                 for k in touch.first as usize..touch.end as usize {
                     heated[reached[k].place as usize] += own_weights[k] * heat;
