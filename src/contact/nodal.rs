@@ -28,10 +28,10 @@
 //! it is part of the state.
 
 use crate::checkpoint::{BulkReader, StateBytes};
+use crate::contact::contact_law::{BoxedLaw, ContactCost, ContactLaw, ContactStep};
 use crate::contact::coulomb::TrialNode;
 use crate::contact::nodes::{NOT_LISTED, Place, TouchedNode, assemble, for_each_weight, list_near};
 use crate::contact::tool_particles::RigidPoints;
-use crate::contact::{BoxedLaw, ContactCost, ContactLaw, ContactStep};
 use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::grid::shape_function::ShapeFunction;

@@ -7,9 +7,9 @@
 //! Form of the effect: an optional pass as the other laws, on one thread; nothing of it is part of the state.
 
 use crate::checkpoint::{BulkReader, StateBytes};
+use crate::contact::contact_law::{BoxedLaw, ContactCost, ContactLaw, ContactStep};
 use crate::contact::coulomb::TrialNode;
 use crate::contact::nodes::assemble;
-use crate::contact::{BoxedLaw, ContactCost, ContactLaw, ContactStep};
 use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::grid::shape_function::ShapeFunction;

@@ -24,12 +24,12 @@
 //! others. The pass runs on one thread: its result does not depend on how many there are.
 
 use crate::checkpoint::{BulkReader, StateBytes};
+use crate::contact::contact_law::{BoxedLaw, ContactCost, ContactLaw, ContactStep};
 use crate::contact::gauss_seidel::{ContactPoint, GaussSeidel, Node, NodeWeight, warm_start};
 use crate::contact::nodes::{
     NOT_LISTED, NodePredictor, Place, TouchedNode, assemble, closest, for_each_weight, from_tool, list_near,
 };
 use crate::contact::sticking::{Layer, SLIDING, Sticking};
-use crate::contact::{BoxedLaw, ContactCost, ContactLaw, ContactStep};
 use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::grid::shape_function::ShapeFunction;
