@@ -129,8 +129,8 @@ fn energy_left(keeps_moments: bool) -> f64 {
                 *block.state.moments_mut() = [[0.0; BLOCK]; 4];
             }
             // A new simulation deposits what the points have now.
-            let Simulation { partition, shape, model, tool, options, .. } = block;
-            block = Simulation::new(partition, (shape, model), tool, options);
+            let Simulation { partition, shape, model, tool, contact, options, .. } = block;
+            block = Simulation::new(partition, (shape, model), tool, contact, options);
         }
     }
     energy(&block) / start

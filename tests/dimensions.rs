@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Lattice, ROOM, SteelBlock, SteelState, points};
-use swarf::contact::Contact;
+use swarf::contact::NodesInside;
 use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use swarf::grid::FixedNodes;
 use swarf::grid::shape_function::Gimp;
@@ -51,7 +51,7 @@ fn cut<D: Dimension>() -> SteelBlock<D, Gimp<f64>> {
     let mut block =
         lattice.build(&common::steel_4340(), Gimp::new(2), tool, |_, _: &mut SteelState<D>, _| [0.0; 3]);
     // Sweeps of the contact at the points end at a bound (1e-3 of the speed), in the plane at another state than in space.
-    block.options.contact = Contact::NodesInside;
+    block.contact = Box::new(NodesInside::default());
     block
 }
 

@@ -1,6 +1,6 @@
 //! Bodies on an inclined plane with friction, turned against the grid (`study::verification::incline`).
 
-use swarf::contact::Contact::{self, Distance, NodesInside, Surface, Velocity};
+use swarf::study::body_setup::Contact::{self, Distance, NodesInside, Surface, Velocity};
 use swarf::study::verification::incline::{Body, GRID_ANGLES, Incline};
 
 /// Laws that act where the bodies meet or on nodes: all of them obey Coulomb's law.

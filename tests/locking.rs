@@ -48,6 +48,7 @@ fn control_is_consistent<D: Dimension>() {
         block.partition.clone(),
         (block.shape, block.model),
         block.tool.clone(),
+        block.contact.clone(),
         block.options.clone(),
     );
     let exact = deposits(&anew);

@@ -6,7 +6,7 @@ mod plain;
 
 use common::{Lattice, Random, SteelBlock, points, steel_4340};
 use plain::ReferenceLoop;
-use swarf::contact::Contact;
+use swarf::contact::NodesInside;
 use swarf::dimension::PlaneStrain;
 use swarf::grid::FixedNodes;
 use swarf::grid::shape_function::Gimp;
@@ -59,7 +59,7 @@ fn fast(set: InstructionSet) -> Numbers {
         lattice.build(&steel_4340(), Gimp::new(2), tool, |_, _, _| [0.0; 3]);
     solver.options.instructions = set;
     // The plain loop has no contact but this one, on nodes.
-    solver.options.contact = Contact::NodesInside;
+    solver.contact = Box::new(NodesInside::default());
     let (mut sorts, mut travel) = (0, 0.0);
     // The plain loop has no limit on stray velocities, which is tried in tests/strays.rs: never look for them.
     solver.progress.travel_unseen = f64::NEG_INFINITY;

@@ -4,11 +4,12 @@ mod common;
 
 use common::{Lattice, ROOM, SteelState, steel, steel_4340, update};
 use std::sync::Arc;
+use swarf::contact;
 use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use swarf::grid::shape_function::Gimp;
 use swarf::material::{ConstitutiveModel, PointReport, StepSums};
 use swarf::points::PointState;
-use swarf::scene::{Constants, Scene};
+use swarf::scene::{Constants, ContactChoice, Scene};
 use swarf::session::Session;
 use swarf::simd::Vector;
 use swarf::simulation::{Solver, ToolMotion};
@@ -125,7 +126,7 @@ fn drag(strength: f64, degrees: f64, cell: f64) -> Tractions {
     let model = WeakSurface { body: steel(&constants), flow_stress: 3_f64.sqrt() * strength };
     let arena = BodySetup::around([-2.0 - 0.37 * cell, -2.0 - 0.21 * cell], [2.0, 2.0], cell);
     let mut solver = arena.simulation::<PlaneStrain, _, _>((Gimp::new(2), model), wall, &seeds, |_, _, _| {});
-    solver.options.sticking = true;
+    solver.contact = contact::law(ContactChoice::Surface, true);
     solver.body_force = Some(Arc::new(move |x: [f64; 3], time: f64| {
         let s = (time / RAMP).min(1.0);
         let load = PRESSURE * s * s * (3.0 - 2.0 * s);
@@ -144,13 +145,13 @@ fn drag(strength: f64, degrees: f64, cell: f64) -> Tractions {
     };
     let (before, after) = (until(RAMP), until(RAMP + 0.1));
     let impulse = [0, 1].map(|axis| after.1[axis] - before.1[axis]);
-    let areas = [0, 1].map(|k| after.2[k] - before.2[k]);
+    let area = after.2.all - before.2.all;
     let time = after.0 - before.0;
     Tractions {
         pressure: (impulse[0] * out[0] + impulse[1] * out[1]) / (time * LENGTH),
         shear: (impulse[0] * along[0] + impulse[1] * along[1]) / (time * LENGTH),
-        sticking: areas[1] / areas[0],
-        length: areas[0] / time,
+        sticking: (after.2.sticking - before.2.sticking) / area,
+        length: area / time,
     }
 }
 
@@ -196,7 +197,7 @@ fn hits_a_wall<D: Dimension>(name: &str) {
     let model = WeakSurface { body, flow_stress: 3_f64.sqrt() * STRENGTH };
     let mut block =
         lattice.build_of(model, Gimp::new(2), tool, |_, _: &mut SteelState<D>, _| [25.0, 10.0, 0.0]);
-    block.options.sticking = true;
+    block.contact = contact::law(ContactChoice::Surface, true);
     let drive = ToolMotion { velocity: [0.0; 2], friction: 1.0 };
     let face = 10.0 * CELL * if deep { 4.0 * CELL } else { 1.0 };
     let (mut most, mut clock, mut impulse) = (0.0_f64, 0.0, 0.0);

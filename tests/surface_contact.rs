@@ -1,27 +1,28 @@
-//! The contact laws of scenes (`contact::surface`, `contact::nodal`): what they must conserve, and that threads do not change them.
+//! The contact laws of scenes (`contact::surface`, `contact::nodal`): what they must conserve, and that
+//! threads do not change them.
 
 mod common;
 
 use common::{Lattice, SteelBlock, SteelState, elastic, kinetic, points, total};
-use swarf::contact::Contact;
+use swarf::contact;
 use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use swarf::grid::shape_function::Gimp;
-use swarf::scene::Scene;
+use swarf::scene::{ContactChoice, Scene};
 use swarf::session::Session;
 use swarf::simulation::{Solver, ToolMotion};
 use swarf::tool::RigidTool;
 use swarf::tool::profile::ToolShape;
 
 /// The laws of `numerics.contact`.
-const LAWS: [Contact; 3] = [Contact::Surface, Contact::Distance, Contact::Velocity];
+const LAWS: [ContactChoice; 3] = [ContactChoice::Surface, ContactChoice::Distance, ContactChoice::Velocity];
 
 /// A block thrown obliquely at a leaning rake face with friction.
-fn thrown<D: Dimension>(law: Contact) -> SteelBlock<D, Gimp<f64>> {
+fn thrown<D: Dimension>(law: ContactChoice) -> SteelBlock<D, Gimp<f64>> {
     thrown_of(law, [8, 10, 4])
 }
 
 /// The same with another size (cells).
-fn thrown_of<D: Dimension>(law: Contact, cells: [i32; 3]) -> SteelBlock<D, Gimp<f64>> {
+fn thrown_of<D: Dimension>(law: ContactChoice, cells: [i32; 3]) -> SteelBlock<D, Gimp<f64>> {
     let deep = D::AXES == 3;
     let lattice = Lattice {
         domain: [50, 50, if deep { 30 } else { 1 }],
@@ -37,16 +38,17 @@ fn thrown_of<D: Dimension>(law: Contact, cells: [i32; 3]) -> SteelBlock<D, Gimp<
     let constants = common::never_yielding(common::steel_4340());
     let mut block =
         lattice.build(&constants, Gimp::new(2), tool, |_, _: &mut SteelState<D>, _| [25.0, 10.0, 0.0]);
-    block.options.contact = law;
+    block.contact = contact::law(law, false);
     block
 }
 
 /// A tool that comes to meet it.
 const DRIVE: ToolMotion = ToolMotion { velocity: [-15.0, 0.0], friction: 0.3 };
 
-/// Contact is an exchange: what the block's momentum changes by is the tool's impulse (rounding of a thousand substeps), and
-/// the ledger stays closed, with 0.5 % for what a block that bounces off fixed nodes leaves open too.
-fn check<D: Dimension>(space: &str, law: Contact) {
+/// Contact is an exchange: what the block's momentum changes by is the tool's impulse (rounding of a thousand
+/// substeps), and the ledger stays closed, with 0.5 % for what a block that bounces off fixed nodes leaves
+/// open too.
+fn check<D: Dimension>(space: &str, law: ContactChoice) {
     let name = format!("{space}, {law:?}");
     let mut block = thrown::<D>(law);
     let momentum = |solver: &dyn Solver, axis: usize| total(&points(solver), |p| p.mass * p.velocity[axis]);
@@ -96,14 +98,15 @@ fn threads_change_nothing() {
             one.step(&DRIVE, false).expect("a stable step");
             two.step(&DRIVE, true).expect("a stable step");
         }
-        assert!(one.progress().touches[1], "{law:?}: the tool was never touched");
+        assert!(one.progress().touches.ever, "{law:?}: the tool was never touched");
         assert_eq!(one.progress(), two.progress(), "{law:?}");
         assert!(one.state_bytes() == two.state_bytes(), "{law:?}: the states differ");
     }
 }
 
-/// Friction heat by node is what the friction work of the substep is made of: never negative, and the same sum but for the
-/// rounding of some hundred terms. Asking for it changes nothing else, and without asking there is none.
+/// Friction heat by node is what the friction work of the substep is made of: never negative, and the same
+/// sum but for the rounding of some hundred terms. Asking for it changes nothing else, and without asking
+/// there is none.
 #[test]
 fn friction_heat_adds_up_to_friction_work() {
     for law in LAWS {
@@ -127,8 +130,8 @@ fn friction_heat_adds_up_to_friction_work() {
     }
 }
 
-/// Sweeps start from the last substep's forces, so these are part of a saved state; laws on nodes keep nothing. A run that
-/// goes on from a state is the same to the bit, also through sorts.
+/// Sweeps start from the last substep's forces, so these are part of a saved state; laws on nodes keep
+/// nothing. A run that goes on from a state is the same to the bit, also through sorts.
 #[test]
 fn a_restored_run_is_the_same_to_the_bit() {
     for law in LAWS {
@@ -137,7 +140,7 @@ fn a_restored_run_is_the_same_to_the_bit() {
         let mut touching = 0;
         while touching < 20 {
             first.step(&DRIVE, false).expect("a stable step");
-            touching += usize::from(first.progress().touches[0]);
+            touching += usize::from(first.progress().touches.now);
             assert!(first.progress().substeps < 300, "{law:?}: the tool is hardly touched");
         }
         let mut second = thrown::<PlaneStrain>(law);
@@ -152,8 +155,8 @@ fn a_restored_run_is_the_same_to_the_bit() {
     }
 }
 
-/// In plane strain the width only scales: a point is as wide in the plane, and touches as early, whatever the depth that its
-/// volume is for. A power of two scales every number without rounding.
+/// In plane strain the width only scales: a point is as wide in the plane, and touches as early, whatever the
+/// depth that its volume is for. A power of two scales every number without rounding.
 #[test]
 fn twice_the_width_is_twice_the_force() {
     let run = |width: f64| {
@@ -172,17 +175,17 @@ fn twice_the_width_is_twice_the_force() {
     assert_eq!(narrow.peak_strain, wide.peak_strain);
 }
 
-/// Where points have left the grid has fewer nodes after a sort; what contact noted of nodes that are gone is forgotten with
-/// them.
+/// Where points have left the grid has fewer nodes after a sort; what contact noted of nodes that are gone is
+/// forgotten with them.
 #[test]
 fn a_grid_that_shrinks_while_the_tool_touches_is_no_surprise() {
-    let mut large = thrown::<PlaneStrain>(Contact::Surface);
-    while large.surface_contact.cost().0 == 0 {
+    let mut large = thrown::<PlaneStrain>(ContactChoice::Surface);
+    while large.contact.cost().touching == 0 {
         large.step(&DRIVE, false).expect("a stable step");
         assert!(large.progress().substeps < 300, "the tool is never touched");
     }
-    let mut small = thrown_of::<PlaneStrain>(Contact::Surface, [2, 2, 4]);
-    small.surface_contact = large.surface_contact;
-    small.surface_contact.note_sort();
+    let mut small = thrown_of::<PlaneStrain>(ContactChoice::Surface, [2, 2, 4]);
+    small.contact = large.contact;
+    small.contact.note_sort();
     small.step(&DRIVE, false).expect("a stable step");
 }

@@ -1,9 +1,9 @@
 //! Impulses at touching points: pushing only, and Coulomb's cone, by projected Gauss–Seidel sweeps.
 //!
 //! Point p sees the nodes' velocities with its weights, v_p = Σ_i w_ip v_i, and its impulse j_p moves them by
-//! Δv_i = w_ip j_p/m_i. A correction brings the point by itself to rest against the tool (or to the speed at which it is to
-//! leave), as far as its impulse stays in the cone |j_t| ≤ μ j_n, j_n ≥ 0. Sweeps go over the points in an order that
-//! memory gives, and back, so that the result depends on nothing else.
+//! Δv_i = w_ip j_p/m_i. A correction brings the point by itself to rest against the tool (or to the speed at
+//! which it is to leave), as far as its impulse stays in the cone |j_t| ≤ μ j_n, j_n ≥ 0. Sweeps go over the
+//! points in an order that memory gives, and back, so that the result depends on nothing else.
 //!
 //! Source: Moreau (1999) and Jean (1999), Computer Methods in Applied Mechanics and Engineering 177.
 
@@ -12,70 +12,72 @@ use crate::simd::{Kernel, Simd, Vector};
 
 /// Most sweeps of a substep, there and back counted as two.
 const MOST_SWEEPS: u32 = 400;
-/// Sweeps end when none changes a point's velocity by more than this part of the fastest speed (-); what is left is made
-/// good in the next substep, which starts from here (figures in book/src/theory/contact.md).
+/// Sweeps end when none changes a point's velocity by more than this part of the fastest speed (-); what is
+/// left is made good in the next substep, which starts from here (figures in book/src/theory/contact.md).
 const TOLERANCE: f64 = 1e-5;
 /// Sweeps between two looks at their progress; even, as sweeps there and back differ.
 const LOOK: u32 = 10;
-/// They end as well where changes are below this part of the fastest speed (-) and fell by less than half since the last
-/// look: points that share their nodes pass impulses on to each other without end, of which no velocity feels much.
+/// They end as well where changes are below this part of the fastest speed (-) and fell by less than half
+/// since the last look: points that share their nodes pass impulses on to each other without end, of which no
+/// velocity feels much.
 const STALLED: f64 = 1e-3;
 
 /// A node that a touching point reaches, as the sweeps need it; the fourth entries are zero.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Node {
+pub(super) struct Node {
     /// Velocity (m/s).
-    pub velocity: [f64; 4],
+    pub(super) velocity: [f64; 4],
     /// One over the mass (1/kg), 0 along fixed axes.
-    pub inverse_mass: [f64; 4],
+    pub(super) inverse_mass: [f64; 4],
 }
 
 /// Place of a node in the list, and a point's weight there.
 #[derive(Clone, Copy, Debug)]
-pub struct NodeWeight {
+pub(super) struct NodeWeight {
     /// Place of the node in the list.
-    pub place: u32,
+    pub(super) place: u32,
     /// Weight there (-), carried on to the surface.
-    pub weight: f64,
+    pub(super) weight: f64,
 }
 
 /// A touching point.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct ContactPoint {
+pub(super) struct ContactPoint {
     /// Its place among those near.
-    pub near: u32,
+    pub(super) near: u32,
     /// Its nodes, in the list of all points' nodes.
-    pub first: u32,
+    pub(super) first: u32,
     /// Where they end.
-    pub end: u32,
+    pub(super) end: u32,
     /// Unit normal out of the tool.
-    pub normal: [f64; 3],
+    pub(super) normal: [f64; 3],
     /// Impulse of the tool on the point (N s).
-    pub impulse: [f64; 3],
+    pub(super) impulse: [f64; 3],
     /// Speed at which it is to leave the tool (m/s).
-    pub leaving: f64,
+    pub(super) leaving: f64,
     /// Velocity per impulse (1/kg).
-    pub compliance: f64,
+    pub(super) compliance: f64,
     /// Its inverse (kg).
-    pub inertia: f64,
+    pub(super) inertia: f64,
     /// Coordinate along the rake face (m), 0 elsewhere.
-    pub rake_coordinate: f64,
+    pub(super) rake_coordinate: f64,
     /// Coefficient of friction (-): the scene's, or less where `contact::sticking` caps it.
-    pub friction: f64,
+    pub(super) friction: f64,
 }
 
-/// Sweeps over the touching points until their velocities settle; a kernel, as a deep tool has thousands of them.
-pub struct GaussSeidel<'a> {
+/// Sweeps over the touching points until their velocities settle; a kernel, as a deep tool has thousands of
+/// them.
+pub(super) struct GaussSeidel<'a> {
     /// The points.
-    pub touches: &'a mut [ContactPoint],
+    pub(super) touches: &'a mut [ContactPoint],
     /// What their `first` and `end` refer to.
-    pub reached: &'a [NodeWeight],
+    pub(super) reached: &'a [NodeWeight],
     /// What `place` refers to.
-    pub nodes: &'a mut [Node],
+    pub(super) nodes: &'a mut [Node],
     /// Velocity of the tool (m/s).
-    pub tool: [f64; 3],
+    pub(super) tool: [f64; 3],
     /// Called before each sweep.
-    pub prepare: &'a mut dyn FnMut(&mut [ContactPoint]),
+    pub(super) prepare: &'a mut dyn FnMut(&mut [ContactPoint]),
 }
 
 impl Kernel<f64> for GaussSeidel<'_> {
@@ -98,7 +100,8 @@ impl Kernel<f64> for GaussSeidel<'_> {
             let mut largest = 0.0_f64;
             for place in 0..touches.len() {
                 let place = if count % 2 == 1 { place } else { touches.len() - 1 - place };
-                // Neighbours share their nodes, so that a correction would wait for the one before: every other is half way off.
+                // Neighbours share their nodes, so that a correction would wait for the one before: every
+                // other is half way off.
                 let place = place / 2 + place % 2 * touches.len().div_ceil(2);
                 largest = largest.max(correct::<S>(&mut touches[place], reached, nodes, tool));
             }
@@ -157,24 +160,28 @@ fn correct<S: Simd<Scalar = f64>>(
 impl ContactPoint {
     /// Its nodes in the list of all.
     #[inline(always)]
-    pub fn nodes<'a>(&self, reached: &'a [NodeWeight]) -> &'a [NodeWeight] {
+    pub(super) fn nodes<'a>(&self, reached: &'a [NodeWeight]) -> &'a [NodeWeight] {
         &reached[self.first as usize..self.end as usize]
     }
 
     /// Normal impulse (N s).
     #[inline(always)]
-    pub fn push_along_normal(&self) -> f64 {
+    pub(super) fn push_along_normal(&self) -> f64 {
         (0..3).map(|k| self.impulse[k] * self.normal[k]).sum()
     }
 
     /// Size of the impulse along the surface (N s).
-    pub fn drag(&self) -> f64 {
+    pub(super) fn drag(&self) -> f64 {
         let push = self.push_along_normal();
         (0..3).map(|k| (self.impulse[k] - push * self.normal[k]).powi(2)).sum::<f64>().sqrt()
     }
 
     /// Velocity at the tool's surface (m/s) from the nodes' velocities, which `of` gives by place.
-    pub fn velocity<D: Dimension>(&self, reached: &[NodeWeight], of: impl Fn(usize) -> [f64; 3]) -> [f64; 3] {
+    pub(super) fn velocity<D: Dimension>(
+        &self,
+        reached: &[NodeWeight],
+        of: impl Fn(usize) -> [f64; 3],
+    ) -> [f64; 3] {
         let mut velocity = [0.0; 3];
         for &NodeWeight { place, weight } in self.nodes(reached) {
             let v = of(place as usize);
@@ -187,7 +194,12 @@ impl ContactPoint {
 
     /// Adds to the point's impulse (N s).
     #[inline(always)]
-    pub fn push<D: Dimension>(&mut self, change: [f64; 3], reached: &[NodeWeight], nodes: &mut [Node]) {
+    pub(super) fn push<D: Dimension>(
+        &mut self,
+        change: [f64; 3],
+        reached: &[NodeWeight],
+        nodes: &mut [Node],
+    ) {
         for axis in 0..D::AXES {
             self.impulse[axis] += change[axis];
         }
@@ -212,7 +224,7 @@ fn in_cone(wanted: [f64; 3], normal: [f64; 3], friction: f64) -> [f64; 3] {
 }
 
 /// The impulse to begin with: the last substep's force, if it still lies in the cone's directions.
-pub fn warm_start(force: [f64; 3], normal: [f64; 3], friction: f64, dt: f64) -> [f64; 3] {
+pub(super) fn warm_start(force: [f64; 3], normal: [f64; 3], friction: f64, dt: f64) -> [f64; 3] {
     let impulse = in_cone(force.map(|f| f * dt), normal, friction);
     if impulse.iter().all(|j| j.is_finite()) { impulse } else { [0.0; 3] }
 }

@@ -1,50 +1,105 @@
-//! What the passes of contact (`contact::surface`, `contact::nodal`) see of points and nodes before a substep.
+//! What contact laws see of points and nodes before a substep.
 
 use crate::contact::gauss_seidel::Node;
 use crate::dimension::Dimension;
 use crate::grid::Layout;
-use crate::grid::body_force::BodyForce;
 use crate::grid::shape_function::ShapeFunction;
 use crate::partition::Partition;
-use crate::points::{Block, PointState};
+use crate::partition::nodes::StepContext;
+use crate::points::{BLOCK, Block, PointState};
 use crate::simd::{InstructionSet, Kernel, Real, Simd, Vector, dispatch};
 use crate::tool::RigidTool;
 use crate::tool::profile::Closest;
 use crate::transfer::first_node;
 
-/// What the substep is about, beside points and nodes.
-pub struct Conditions<'a> {
-    /// The tool.
-    pub tool: &'a RigidTool,
-    /// Body force, if there is one.
-    pub body_force: Option<&'a dyn BodyForce>,
-    /// Nodes lighter than this (kg) stay at rest.
-    pub lightest: f64,
-    /// How deep the plane is (m); says nothing in space.
-    pub depth: f64,
-    /// Time at the start of the substep (s) and its length (s).
-    pub time: [f64; 2],
-    /// Whether friction heat is wanted by node.
-    pub wants_heat: bool,
-    /// Instruction set of the kernels.
-    pub instructions: InstructionSet,
+/// Marks a node of the layout that is not in a law's list.
+pub(super) const NOT_LISTED: u32 = u32::MAX;
+
+/// A node that contact may push.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NodePredictor {
+    /// Index in the layout.
+    pub(super) index: usize,
+    /// Whether it has mass.
+    pub(super) is_there: bool,
+    /// Velocity after the substep without contact (m/s).
+    pub(super) free: [f64; 3],
+    /// Velocity before the substep (m/s).
+    pub(super) old: [f64; 3],
+    /// One over the mass (1/kg), 0 along fixed axes.
+    pub(super) inverse_mass: [f64; 3],
 }
 
-/// A node that contact may push, beside what the sweeps need of it.
+impl NodePredictor {
+    /// The node as the sweeps need it.
+    pub(super) fn for_sweeps(&self) -> Node {
+        let padded = |[x, y, z]: [f64; 3]| [x, y, z, 0.0];
+        Node { velocity: padded(self.free), inverse_mass: padded(self.inverse_mass) }
+    }
+}
+
+/// Where a point stands in memory.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct NodePredictor {
-    /// Index in the layout.
-    pub(crate) index: usize,
-    /// Velocity after the substep without contact, and before it (m/s).
-    pub(crate) free: [f64; 3],
-    pub(crate) old: [f64; 3],
-    /// Whether it has mass.
-    pub(crate) is_there: bool,
+pub(super) struct Place {
+    chunk: u32,
+    block: u32,
+    lane: u32,
+}
+
+impl Place {
+    /// A place for a point that has not been listed since a state was restored.
+    pub(super) const UNKNOWN: Place = Place { chunk: 0, block: 0, lane: 0 };
+
+    /// Its block.
+    #[inline(always)]
+    pub(super) fn block<R: Real, D: Dimension, S>(self, partition: &Partition<R, D, S>) -> &Block<R, D, S> {
+        &partition.chunks[self.chunk as usize].blocks[self.block as usize]
+    }
+
+    /// Its lane there.
+    #[inline(always)]
+    pub(super) fn lane(self) -> usize {
+        self.lane as usize
+    }
+}
+
+/// Shows to `visit` every point within `reach` (cells) of the tool, and some that are further, in the order
+/// of memory: place, block, and distance from the tool (m).
+pub(super) fn list_near<R: Real, D: Dimension, S: PointState<R>>(
+    partition: &Partition<R, D, S>,
+    tool: &RigidTool,
+    reach: f64,
+    mut visit: impl FnMut(Place, &Block<R, D, S>, f64),
+) {
+    let layout = &partition.layout;
+    let (low, high) = tool.bounds();
+    let side = |axis: usize, x: f64| (x - layout.origin[axis]) / layout.cell;
+    // A point stands within half a cell of its node.
+    let margin = reach + 0.5;
+    let low: [i32; 2] = std::array::from_fn(|axis| (side(axis, low[axis]) - margin).floor() as i32);
+    let high: [i32; 2] = std::array::from_fn(|axis| (side(axis, high[axis]) + margin).ceil() as i32);
+    for (chunk_number, chunk) in partition.chunks.iter().enumerate() {
+        for (number, block) in chunk.blocks.iter().enumerate() {
+            let is_beside = (0..2).any(|axis| {
+                let (first, last) = block.node[axis]
+                    .iter()
+                    .fold((i32::MAX, i32::MIN), |(first, last), &node| (first.min(node), last.max(node)));
+                last < low[axis] || first > high[axis]
+            });
+            if is_beside {
+                continue;
+            }
+            for lane in (0..BLOCK).filter(|&lane| block.is_point(lane)) {
+                let place = Place { chunk: chunk_number as u32, block: number as u32, lane: lane as u32 };
+                visit(place, block, closest(layout, tool, block, lane).distance);
+            }
+        }
+    }
 }
 
 /// Where the tool is closest to a point.
 #[inline(always)]
-pub(crate) fn closest<R: Real, D: Dimension, S: PointState<R>>(
+pub(super) fn closest<R: Real, D: Dimension, S: PointState<R>>(
     layout: &Layout,
     tool: &RigidTool,
     block: &Block<R, D, S>,
@@ -55,7 +110,7 @@ pub(crate) fn closest<R: Real, D: Dimension, S: PointState<R>>(
 
 /// A point's position from the tool's lowest point (m).
 #[inline(always)]
-pub(crate) fn from_tool<R: Real, D: Dimension, S: PointState<R>>(
+pub(super) fn from_tool<R: Real, D: Dimension, S: PointState<R>>(
     layout: &Layout,
     tool: &RigidTool,
     block: &Block<R, D, S>,
@@ -66,13 +121,15 @@ pub(crate) fn from_tool<R: Real, D: Dimension, S: PointState<R>>(
     [position[0] - tool.position[0], position[1] - tool.position[1]]
 }
 
-/// A node's velocity at the end of the substep without contact.
-pub(crate) fn assemble<R: Real, D: Dimension, S: PointState<R>>(
+/// A node's velocity at the end of the substep without contact, from what points have deposited.
+///
+/// * `index`: in the layout; `at`: along the axes
+pub(super) fn assemble<R: Real, D: Dimension, S: PointState<R>>(
     partition: &Partition<R, D, S>,
-    conditions: &Conditions<'_>,
+    step: &StepContext,
     index: usize,
     at: [i32; 3],
-) -> (Node, NodePredictor) {
+) -> NodePredictor {
     let (mut mass, mut momentum, mut force) = (0.0, [0.0; 3], [0.0; 3]);
     for run in &partition.incoming {
         if !(run.first..run.first + run.count::<D>()).contains(&index) {
@@ -87,39 +144,50 @@ pub(crate) fn assemble<R: Real, D: Dimension, S: PointState<R>>(
                 if D::QUADS == 1 { records[0].0[2 + axis].to_f64() } else { records[1].0[axis].to_f64() };
         }
     }
-    let mut node = Node::default();
-    let mut start =
-        NodePredictor { index, free: [0.0; 3], old: [0.0; 3], is_there: mass > conditions.lightest };
-    if !start.is_there {
-        return (node, start);
+    let is_there = mass > step.lightest;
+    let mut node = NodePredictor { index, is_there, free: [0.0; 3], old: [0.0; 3], inverse_mass: [0.0; 3] };
+    if !is_there {
+        return node;
     }
     let layout = &partition.layout;
-    let [time, dt] = conditions.time;
+    let dt = step.dt;
     let position = std::array::from_fn(|axis| layout.origin[axis] + layout.cell * f64::from(at[axis]));
-    let body = conditions.body_force.map_or([0.0; 3], |force| force.acceleration(position, time));
+    let body = step.body_force.as_ref().map_or([0.0; 3], |force| force.acceleration(position, step.time));
     for axis in 0..D::AXES {
         let is_fixed = partition.fixed.iter().any(|fixed| {
             fixed.axes[axis] && (0..D::AXES).all(|k| fixed.low[k] <= at[k] && at[k] <= fixed.high[k])
         });
         if !is_fixed {
-            start.old[axis] = momentum[axis] / mass;
-            node.velocity[axis] = (momentum[axis] + dt * force[axis]) / mass + dt * body[axis];
+            node.old[axis] = momentum[axis] / mass;
+            node.free[axis] = (momentum[axis] + dt * force[axis]) / mass + dt * body[axis];
             node.inverse_mass[axis] = 1.0 / mass;
         }
     }
-    start.free.copy_from_slice(&node.velocity[..3]);
-    (node, start)
+    node
 }
 
-/// Calls `visit` with index in the layout, indices along the axes, and weights of every node that a point touches: carried
-/// on by `shift` (cells) along x and y, and the point's own.
-pub(crate) fn for_each_weight<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>>(
+/// A node that a point touches.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TouchedNode {
+    /// Index in the layout.
+    pub(super) index: usize,
+    /// Indices along the axes.
+    pub(super) at: [i32; 3],
+    /// The point's weight there, carried on.
+    pub(super) weight: f64,
+    /// The point's own weight.
+    pub(super) own: f64,
+}
+
+/// Shows to `visit` every node that a point touches, with weights carried on by `shift` (cells) along x and
+/// y.
+pub(super) fn for_each_weight<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>>(
     block: &Block<R, D, S>,
     lane: usize,
     shift: [f64; 2],
     layout: &Layout,
     shape: &F,
-    mut visit: impl FnMut(usize, [i32; 3], f64, f64),
+    mut visit: impl FnMut(TouchedNode),
 ) {
     let offsets: [R; 3] =
         std::array::from_fn(|axis| if axis < D::AXES { block.offset[axis][lane] } else { R::ZERO });
@@ -141,7 +209,7 @@ pub(crate) fn for_each_weight<R: Real, D: Dimension, F: ShapeFunction<R>, S: Poi
                             if axis < D::AXES { node[axis] + place[axis] as i32 - 1 } else { 0 }
                         },
                     );
-                visit(first + k, at, weight, own);
+                visit(TouchedNode { index: first + k, at, weight, own });
             }
         }
     }

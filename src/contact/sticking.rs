@@ -2,54 +2,60 @@
 //!
 //! Along the face the traction follows Zorev's law,
 //!
-//! τ = min(μ p, k), with the shear strength k = σ_y/√3 of the flow stress σ_y of the material that touches (von Mises),
+//! τ = min(μ p, k), with the shear strength k = σ_y/√3 of the flow stress σ_y of the material that touches
+//! (von Mises),
 //!
-//! so material close to the edge, where the pressure is high, sticks to the tool and shears within, and slides further up.
+//! so material close to the edge, where the pressure is high, sticks to the tool and shears within, and
+//! slides further up.
 //!
-//! Footprint of a point: the part of the face that is nearer to it than to another touching point. Along the outline of the
-//! tool it ends halfway to each neighbour; at the end of the contact, where the next touching point is more than `GAP`
-//! away, half a point's width from it. In space the face is cut across z into strips as wide as a point, and
-//! points have neighbours in their own strip. So footprints cover the contact once, however the points lie.
+//! Footprint of a point: the part of the face that is nearer to it than to another touching point. Along the
+//! outline of the tool it ends halfway to each neighbour; at the end of the contact, where the next touching
+//! point is more than `GAP` away, half a point's width from it. In space the face is cut across z into strips
+//! as wide as a point, and points have neighbours in their own strip. So footprints cover the contact once,
+//! however the points lie.
 //!
-//! Cap: in the sweeps (`contact::gauss_seidel`) a point obeys |j_t| ≤ μ_p j_n, with its present normal impulse and
+//! Cap: in the sweeps (`contact::gauss_seidel`) a point obeys |j_t| ≤ μ_p j_n, with its present normal
+//! impulse and
 //!
 //! μ_p = min(μ, Σ_q K_pq k_q a_q Δt/P_q),   P_q = Σ_p K_pq j_np,   K_pq = max(0, 1 − |s_p − s_q|/L),
 //!
-//! that is, what footprint q can carry, k_q a_q Δt, is shared out among the points within a cell L along the outline, in
-//! proportion to their pushes: together they drag at most Σ k a Δt, whoever pushes. Where all push alike this is |j_t| ≤ k a Δt
-//! at each. There are more points than nodes, so what a single one pushes is not determined, only the sum over a cell
-//! is, and often every other point carries the push of two: a cap on each point by itself would be too low.
+//! that is, what footprint q can carry, k_q a_q Δt, is shared out among the points within a cell L along the
+//! outline, in proportion to their pushes: together they drag at most Σ k a Δt, whoever pushes. Where all
+//! push alike this is |j_t| ≤ k a Δt at each. There are more points than nodes, so what a single one pushes
+//! is not determined, only the sum over a cell is, and often every other point carries the push of two: a cap
+//! on each point by itself would be too low.
 //!
-//! Source: Zorev (1963), Inter-relationship between shear processes occurring along tool face and shear plane in metal
-//! cutting; the paper names the law as what is missing (Ambati et al. 2011, section 4).
+//! Source: Zorev (1963), Inter-relationship between shear processes occurring along tool face and shear plane
+//! in metal cutting; the paper names the law as what is missing (Ambati et al. 2011, section 4).
 //!
 //! Form of the effect: optional; a scene without it keeps no array and the sweeps take the scene's μ.
 
 use crate::contact::gauss_seidel::ContactPoint;
+use crate::partition::nodes::ContactAreas;
 
-/// SurfaceContact points further apart than this (cells) have a gap in the contact between them.
+/// Touching points further apart than this (cells) have a gap in the contact between them.
 const GAP: f64 = 2.0;
 /// A push (N s) that is none: one over it is still a number.
 const LEAST_PUSH: f64 = 1e-280;
 /// Friction below this part of Coulomb's bound is not sliding's (-).
-pub const SLIDING: f64 = 1.0 - 1e-9;
+pub(super) const SLIDING: f64 = 1.0 - 1e-9;
 
 /// Gives the shear strength (Pa) of the point at a lane of a state.
 pub type Strength<'a, S> = dyn Fn(&S, usize) -> f64 + 'a;
 
 /// What the cap needs to know of a touching point.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Layer {
+pub(super) struct Layer {
     /// Place along the tool's outline (m).
-    pub along: f64,
+    pub(super) along: f64,
     /// Number of its strip across z, 0 in the plane.
-    pub strip: i64,
+    pub(super) strip: i64,
     /// The point's width (m).
-    pub width: f64,
+    pub(super) width: f64,
     /// How far its footprint reaches across the plane (m).
-    pub depth: f64,
+    pub(super) depth: f64,
     /// Shear strength k (Pa).
-    pub strength: f64,
+    pub(super) strength: f64,
 }
 
 /// A touching point among its neighbours.
@@ -69,7 +75,7 @@ struct Place {
 
 /// The touching points as neighbours on the face.
 #[derive(Clone, Debug, Default)]
-pub struct Sticking {
+pub(super) struct Sticking {
     /// The points by number.
     layers: Vec<Layer>,
     /// The points strip by strip along the outline.
@@ -81,7 +87,7 @@ pub struct Sticking {
 
 impl Sticking {
     /// Asks for memory for so many points.
-    pub fn reserve(&mut self, room: usize) {
+    pub(super) fn reserve(&mut self, room: usize) {
         self.layers.reserve(room);
         self.places.reserve(room);
         self.pushes.reserve(room);
@@ -89,17 +95,17 @@ impl Sticking {
     }
 
     /// Forgets all points.
-    pub fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.layers.clear();
     }
 
     /// Adds the next touching point.
-    pub fn push(&mut self, layer: Layer) {
+    pub(super) fn push(&mut self, layer: Layer) {
         self.layers.push(layer);
     }
 
     /// Finds neighbours and footprints; `cell` is the cell length (m).
-    pub fn measure(&mut self, cell: f64) {
+    pub(super) fn measure(&mut self, cell: f64) {
         let Sticking { layers, places, .. } = self;
         places.clear();
         places.extend(layers.iter().zip(0..).map(|(layer, number)| Place {
@@ -141,10 +147,11 @@ impl Sticking {
         }
     }
 
-    /// Lowers the points' coefficients of friction to what their strength lets them carry, by their present impulses.
+    /// Lowers the points' coefficients of friction to what their strength lets them carry, by their present
+    /// impulses.
     ///
     /// * `friction`: μ (-); `cell`: L (m); `dt`: substep (s)
-    pub fn cap(&mut self, touches: &mut [ContactPoint], friction: f64, cell: f64, dt: f64) {
+    pub(super) fn cap(&mut self, touches: &mut [ContactPoint], friction: f64, cell: f64, dt: f64) {
         self.share_out(touches, cell, |place| place.capacity * dt);
         for place in &self.places {
             let strength = self.near(place, cell, &self.shares);
@@ -152,17 +159,18 @@ impl Sticking {
         }
     }
 
-    /// Area of the contact (m2), and the part where friction is below Coulomb's: it is capped, or the point is at rest on the face.
+    /// Areas of the contact; friction is below Coulomb's where it is capped, or where the point is at rest on
+    /// the face.
     ///
     /// Footprints count for the points that share them.
-    pub fn areas(&mut self, touches: &[ContactPoint], friction: f64, cell: f64) -> [f64; 2] {
+    pub(super) fn areas(&mut self, touches: &[ContactPoint], friction: f64, cell: f64) -> ContactAreas {
         self.share_out(touches, cell, |place| place.area);
-        let mut areas = [0.0; 2];
+        let mut areas = ContactAreas::default();
         for (place, &push) in self.places.iter().zip(&self.pushes) {
             let area = push * self.near(place, cell, &self.shares);
-            areas[0] += area;
+            areas.all += area;
             if touches[place.number as usize].drag() < SLIDING * friction * push {
-                areas[1] += area;
+                areas.sticking += area;
             }
         }
         areas
@@ -214,8 +222,9 @@ mod tests {
         pushes.iter().map(touch).collect()
     }
 
-    /// However points lie, their footprints cover the contact once: from half a width before the first to half a width behind
-    /// the last, less what lies in gaps. Places and widths are halves, so that sums are exact.
+    /// However points lie, their footprints cover the contact once: from half a width before the first to
+    /// half a width behind the last, less what lies in gaps. Places and widths are halves, so that sums are
+    /// exact.
     #[test]
     fn footprints_cover_the_contact_once() {
         for (places, length) in [
@@ -237,8 +246,8 @@ mod tests {
         assert!(apart.places.iter().all(|place| place.area == 1.0), "points in two strips are no neighbours");
     }
 
-    /// Together the points may drag strength times area, whoever pushes; and a push too low for the cap leaves Coulomb's
-    /// coefficient.
+    /// Together the points may drag strength times area, whoever pushes; and a push too low for the cap
+    /// leaves Coulomb's coefficient.
     #[test]
     fn the_cap_is_strength_times_area_whoever_pushes() {
         let places: Vec<f64> = (0..40).map(f64::from).collect();

@@ -1,53 +1,61 @@
-//! Contact of the tool with the material points themselves, solved on the grid before each substep: the law `surface`.
+//! Contact of the tool with the material points themselves, solved on the grid before each substep: the law
+//! `surface`.
 //!
-//! A point is a square of its own; it touches when the tool reaches it, that is, when its distance from the tool is at most
-//! half its width. Each touching point p asks that the grid's velocity there does not enter the tool,
+//! A point is a square of its own; it touches when the tool reaches it, that is, when its distance from the
+//! tool is at most half its width. Each touching point p asks that the grid's velocity there does not enter
+//! the tool,
 //!
 //! (Σ_i w_ip v_i − v_tool) · n ≥ b,
 //!
-//! where the tool's surface is nearest to the point: w_ip are the point's weights carried on to that place c by their
-//! slopes, w_ip = N_i(x_p) + (c − x_p) · ∇N_i(x_p), as its velocity is by the velocity gradient. (The weights at c itself
-//! would mostly move nodes behind the surface, which have next to no mass.) The impulse j_p that sees to it acts on the
-//! nodes with the same weights, Δv_i = w_ip j_p/m_i, so momentum and its moment are exchanged where the material is,
-//! wherever the tool's face lies between the nodes. Pushing only and Coulomb's cone,
-//! |j_t| ≤ μ j_n, are kept at every point by projected Gauss–Seidel sweeps (`contact::gauss_seidel`). They start from the forces of the last substep, which are part of the state. b is 0 for a point outside the tool;
-//! one that has come inside leaves at `RETURN` of its depth per substep.
+//! where the tool's surface is nearest to the point: w_ip are the point's weights carried on to that place c
+//! by their slopes, w_ip = N_i(x_p) + (c − x_p) · ∇N_i(x_p), as its velocity is by the velocity gradient.
+//! (The weights at c itself would mostly move nodes behind the surface, which have next to no mass.) The
+//! impulse j_p that sees to it acts on the nodes with the same weights, Δv_i = w_ip j_p/m_i, so momentum and
+//! its moment are exchanged where the material is, wherever the tool's face lies between the nodes. Pushing
+//! only and Coulomb's cone, |j_t| ≤ μ j_n, are kept at every point by projected Gauss–Seidel sweeps
+//! (`contact::gauss_seidel`). They start from the forces of the last substep, which are part of the state. b
+//! is 0 for a point outside the tool; one that has come inside leaves at `RETURN` of its depth per substep.
 //!
-//! Source: Moreau (1999) and Jean (1999), Computer Methods in Applied Mechanics and Engineering 177 (contact dynamics, and
-//! the projected sweeps).
+//! Source: Moreau (1999) and Jean (1999), Computer Methods in Applied Mechanics and Engineering 177 (contact
+//! dynamics, and the projected sweeps).
 //!
-//! Form of the effect: an optional pass before the points. Points near the tool are listed, and listed anew when they are
-//! sorted or may have come from further away than `REACH`; the list only saves looking at the others. The pass runs on
-//! one thread: its result does not depend on how many there are.
+//! Form of the effect: an optional pass before the points. Points near the tool are listed, and listed anew
+//! when they are sorted or may have come from further away than `REACH`; the list only saves looking at the
+//! others. The pass runs on one thread: its result does not depend on how many there are.
 
 use crate::checkpoint::{BulkReader, StateBytes};
+use crate::contact::contact_law::{BoxedLaw, ContactCost, ContactLaw, ContactStep};
 use crate::contact::gauss_seidel::{ContactPoint, GaussSeidel, Node, NodeWeight, warm_start};
-use crate::contact::nodes::{Conditions, NodePredictor, assemble, closest, for_each_weight, from_tool};
-use crate::contact::sticking::{Layer, SLIDING, Sticking, Strength};
+use crate::contact::nodes::{
+    NOT_LISTED, NodePredictor, Place, TouchedNode, assemble, closest, for_each_weight, from_tool, list_near,
+};
+use crate::contact::sticking::{Layer, SLIDING, Sticking};
 use crate::dimension::Dimension;
 use crate::error::Error;
 use crate::grid::shape_function::ShapeFunction;
 use crate::partition::Partition;
-use crate::partition::nodes::{NodalImpulses, NodeSums};
-use crate::points::{BLOCK, Block, PointState};
+use crate::partition::nodes::{NodalImpulses, StepContext, VelocityChange};
+use crate::points::{Block, PointState};
 use crate::simd::{Real, dispatch};
-use crate::tool::profile::Face;
+use crate::tool::RigidTool;
 
 /// Points are listed up to this far from the tool, beyond half their width (cells).
 const REACH: f64 = 1.0;
 /// Part of its depth that a point inside the tool comes out in a substep (-).
 const RETURN: f64 = 0.02;
-/// Marks a node of the layout that is not in the list.
-const NONE: u32 = u32::MAX;
 
-/// Contact at the points: the list of those near the tool with their last forces, and working memory that is kept.
+/// Contact at the points: the list of those near the tool with their last forces, and working memory that is
+/// kept.
 #[derive(Clone, Debug, Default)]
-pub struct SurfaceContact {
+pub(super) struct SurfaceContact {
+    /// Whether the material's shear strength caps friction.
+    caps: bool,
     near: Vec<NearPoint>,
-    /// Whether the list is of no use any more, and how far points and tool may have moved since it was made (cells).
+    /// Whether the list is of no use any more, and how far points and tool may have moved since it was made
+    /// (cells).
     is_stale: bool,
     moved: f64,
-    /// By node of the layout: its place in `nodes`, or `NONE`.
+    /// By node of the layout: its place in `nodes`, or `NOT_LISTED`.
     places: Vec<u32>,
     nodes: Vec<Node>,
     starts: Vec<NodePredictor>,
@@ -60,7 +68,7 @@ pub struct SurfaceContact {
     /// Forces of points by number, while the list is made anew.
     forces: Vec<(u32, [f64; 3])>,
     touched: NodalImpulses,
-    /// The points as neighbours on the face, where the scene caps friction.
+    /// The points as neighbours on the face, where strength caps friction.
     sticking: Sticking,
     /// Sweeps of the last substep.
     sweeps: u32,
@@ -69,39 +77,70 @@ pub struct SurfaceContact {
 /// A point near the tool.
 #[derive(Clone, Copy, Debug)]
 struct NearPoint {
-    /// Where it stands in memory.
-    chunk: u32,
-    block: u32,
-    lane: u32,
+    place: Place,
     /// Its number.
     id: u32,
     /// Contact force in the last substep (N).
     force: [f64; 3],
 }
 
-impl SurfaceContact {
-    /// What contact changed in the last substep.
-    pub fn touched(&self) -> &NodalImpulses {
+impl<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>> ContactLaw<R, D, F, S> for SurfaceContact {
+    fn solve(&mut self, partition: &Partition<R, D, S>, shape: &F, contact: &ContactStep<'_, S>) {
+        if self.is_stale || self.moved > REACH || self.places.len() != partition.layout.nodes() {
+            self.list_near(partition, contact);
+        }
+        self.find(partition, shape, contact);
+        self.touched.clear();
+        self.sweeps = 0;
+        if self.touches.is_empty() {
+            return;
+        }
+        let cell = partition.layout.cell;
+        self.sweep_points(contact.tool, contact.step, cell);
+        self.sum_up::<D>(contact.tool, contact.step.dt, contact.wants_heat);
+        if self.caps {
+            let areas = self.sticking.areas(&self.touches, contact.tool.friction, cell);
+            self.touched.sums.contact_areas = areas;
+        }
+    }
+
+    fn touched(&self) -> &NodalImpulses {
         &self.touched
     }
 
-    /// SurfaceContact points and sweeps of the last substep.
-    pub fn cost(&self) -> (usize, u32) {
-        (self.touches.len(), self.sweeps)
+    fn cost(&self) -> ContactCost {
+        ContactCost { touching: self.touches.len(), sweeps: self.sweeps }
     }
 
-    /// The points have been sorted: they stand elsewhere in memory.
-    pub fn note_sort(&mut self) {
-        self.is_stale = true;
-    }
-
-    /// Points and tool have moved towards each other by up to so many cells.
-    pub fn note_motion(&mut self, cells: f64) {
+    fn note_motion(&mut self, cells: f64) {
         self.moved += cells;
     }
 
+    fn note_sort(&mut self) {
+        self.is_stale = true;
+    }
+
+    fn save(&self, bulk: &mut StateBytes) {
+        self.save_forces(bulk);
+    }
+
+    fn restore(&mut self, reader: &mut BulkReader<'_>) -> Result<(), Error> {
+        self.restore_forces(reader)
+    }
+
+    fn fork(&self) -> BoxedLaw<R, D, F, S> {
+        Box::new(self.clone())
+    }
+}
+
+impl SurfaceContact {
+    /// Contact at the points; `caps` where the material's shear strength caps friction (`contact::sticking`).
+    pub(super) fn new(caps: bool) -> Self {
+        SurfaceContact { caps, ..SurfaceContact::default() }
+    }
+
     /// Appends the points' forces to a state.
-    pub fn save(&self, bulk: &mut StateBytes) {
+    fn save_forces(&self, bulk: &mut StateBytes) {
         let pressed = || self.near.iter().filter(|point| point.force != [0.0; 3]);
         bulk.put_counts([pressed().count()]);
         for point in pressed() {
@@ -110,62 +149,27 @@ impl SurfaceContact {
         }
     }
 
-    /// Takes what `save` gave.
-    ///
-    /// # Errors
-    /// `Error::DamagedState` when it is not there.
-    pub fn restore(&mut self, reader: &mut BulkReader<'_>) -> Result<(), Error> {
-        *self = SurfaceContact { is_stale: true, ..SurfaceContact::default() };
+    /// Takes what `save_forces` gave.
+    fn restore_forces(&mut self, reader: &mut BulkReader<'_>) -> Result<(), Error> {
+        *self = SurfaceContact { is_stale: true, ..SurfaceContact::new(self.caps) };
         let count = reader.count_of(28)?;
         for _ in 0..count {
             let id = u32::from_le_bytes(reader.take()?);
             let force = [reader.real()?, reader.real()?, reader.real()?];
-            self.near.push(NearPoint { chunk: 0, block: 0, lane: 0, id, force });
+            self.near.push(NearPoint { place: Place::UNKNOWN, id, force });
         }
         Ok(())
     }
 
-    /// Solves the contact of a substep; `touched` then tells what it changes.
-    ///
-    /// `strength` gives the shear strength (Pa) of a point's material where that caps friction.
-    pub fn solve<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>>(
-        &mut self,
-        partition: &Partition<R, D, S>,
-        shape: &F,
-        conditions: &Conditions<'_>,
-        strength: Option<&Strength<'_, S>>,
-    ) {
-        if self.is_stale || self.moved > REACH || self.places.len() != partition.layout.nodes() {
-            self.list_near(partition, conditions, strength.is_some());
-        }
-        self.find(partition, shape, conditions, strength);
-        self.touched.nodes.clear();
-        self.touched.friction_heat.clear();
-        self.touched.sums = NodeSums::default();
-        self.sweeps = 0;
-        if self.touches.is_empty() {
-            return;
-        }
-        let cell = strength.map(|_| partition.layout.cell);
-        self.sweep_points(conditions, cell);
-        self.sum_up::<D>(conditions);
-        if let Some(cell) = cell {
-            let areas = self.sticking.areas(&self.touches, conditions.tool.friction, cell);
-            self.touched.sums.contact_areas = areas;
-        }
-    }
-
-    /// Lists the points near the tool, each with the force that it had in the list before; `caps` where strength caps friction.
+    /// Lists the points near the tool, each with the force that it had in the list before.
     fn list_near<R: Real, D: Dimension, S: PointState<R>>(
         &mut self,
         partition: &Partition<R, D, S>,
-        conditions: &Conditions<'_>,
-        caps: bool,
+        contact: &ContactStep<'_, S>,
     ) {
-        let tool = conditions.tool;
         let layout = &partition.layout;
         self.places.clear();
-        self.places.resize(layout.nodes(), NONE);
+        self.places.resize(layout.nodes(), NOT_LISTED);
         // They tell of places of the nodes before, of which there may have been more.
         self.starts.clear();
         self.forces.clear();
@@ -173,36 +177,17 @@ impl SurfaceContact {
         self.forces.extend(pressed.map(|point| (point.id, point.force)));
         self.forces.sort_unstable_by_key(|entry| entry.0);
         self.near.reserve(256);
-        let (low, high) = tool.bounds();
-        let side = |axis: usize, x: f64| (x - layout.origin[axis]) / layout.cell;
-        // A point stands within half a cell of its node and is at most a cell wide.
-        let margin = REACH + 1.0;
-        let low: [i32; 2] = std::array::from_fn(|axis| (side(axis, low[axis]) - margin).floor() as i32);
-        let high: [i32; 2] = std::array::from_fn(|axis| (side(axis, high[axis]) + margin).ceil() as i32);
-        for (chunk_number, chunk) in partition.chunks.iter().enumerate() {
-            for (number, block) in chunk.blocks.iter().enumerate() {
-                let is_beside = (0..2).any(|axis| {
-                    let (first, last) = block.node[axis]
-                        .iter()
-                        .fold((i32::MAX, i32::MIN), |(first, last), &node| (first.min(node), last.max(node)));
-                    last < low[axis] || first > high[axis]
-                });
-                if is_beside {
-                    continue;
-                }
-                for lane in (0..BLOCK).filter(|&lane| block.is_point(lane)) {
-                    let distance = closest(layout, tool, block, lane).distance;
-                    if distance > half_width::<R, D, S>(block, lane, conditions.depth) + REACH * layout.cell {
-                        continue;
-                    }
-                    let id = block.id[lane];
-                    let force = self.forces.binary_search_by_key(&id, |entry| entry.0);
-                    let force = force.map_or([0.0; 3], |place| self.forces[place].1);
-                    let (chunk, block) = (chunk_number as u32, number as u32);
-                    self.near.push(NearPoint { chunk, block, lane: lane as u32, id, force });
-                }
+        // A point is at most a cell wide.
+        list_near(partition, contact.tool, REACH + 0.5, |place, block, distance| {
+            let lane = place.lane();
+            if distance > half_width::<R, D, S>(block, lane, contact.depth) + REACH * layout.cell {
+                return;
             }
-        }
+            let id = block.id[lane];
+            let force = self.forces.binary_search_by_key(&id, |entry| entry.0);
+            let force = force.map_or([0.0; 3], |place| self.forces[place].1);
+            self.near.push(NearPoint { place, id, force });
+        });
         self.is_stale = false;
         self.moved = 0.0;
         // Enough for all to touch, so that substeps between lists ask for no memory.
@@ -212,7 +197,7 @@ impl SurfaceContact {
         self.reached.reserve(stencil * room);
         self.own_weights.reserve(stencil * room);
         self.forces.reserve(room);
-        if caps {
+        if self.caps {
             self.sticking.reserve(room);
         }
         self.nodes.reserve(stencil * room);
@@ -227,13 +212,13 @@ impl SurfaceContact {
         &mut self,
         partition: &Partition<R, D, S>,
         shape: &F,
-        conditions: &Conditions<'_>,
-        strength: Option<&Strength<'_, S>>,
+        contact: &ContactStep<'_, S>,
     ) {
-        let SurfaceContact { near, places, nodes, starts, touches, reached, own_weights, sticking, .. } =
-            self;
+        let SurfaceContact {
+            caps, near, places, nodes, starts, touches, reached, own_weights, sticking, ..
+        } = self;
         for start in starts.drain(..) {
-            places[start.index] = NONE;
+            places[start.index] = NOT_LISTED;
         }
         nodes.clear();
         touches.clear();
@@ -241,28 +226,28 @@ impl SurfaceContact {
         own_weights.clear();
         sticking.clear();
         let layout = &partition.layout;
-        let dt = conditions.time[1];
+        let dt = contact.step.dt;
         for (number, point) in near.iter_mut().enumerate() {
-            let block = &partition.chunks[point.chunk as usize].blocks[point.block as usize];
-            let lane = point.lane as usize;
-            let closest = closest(layout, conditions.tool, block, lane);
-            if closest.distance > half_width::<R, D, S>(block, lane, conditions.depth) {
+            let (block, lane) = (point.place.block(partition), point.place.lane());
+            let closest = closest(layout, contact.tool, block, lane);
+            if closest.distance > half_width::<R, D, S>(block, lane, contact.depth) {
                 point.force = [0.0; 3];
                 continue;
             }
             let shift = closest.normal.map(|n| -closest.distance * n / layout.cell);
             let first = reached.len();
-            for_each_weight::<R, D, F, S>(block, lane, shift, layout, shape, |index, axes, weight, own| {
+            for_each_weight::<R, D, F, S>(block, lane, shift, layout, shape, |touched| {
+                let TouchedNode { index, at, weight, own } = touched;
                 let place = &mut places[index];
-                if *place == NONE {
+                if *place == NOT_LISTED {
                     *place = nodes.len() as u32;
-                    let (node, start) = assemble::<R, D, S>(partition, conditions, index, axes);
-                    nodes.push(node);
+                    let start = assemble::<R, D, S>(partition, contact.step, index, at);
+                    nodes.push(start.for_sweeps());
                     starts.push(start);
                 }
                 if starts[*place as usize].is_there {
                     reached.push(NodeWeight { place: *place, weight });
-                    if conditions.wants_heat {
+                    if contact.wants_heat {
                         own_weights.push(own);
                     }
                 }
@@ -287,59 +272,56 @@ impl SurfaceContact {
                 leaving: RETURN * (-closest.distance).max(0.0) / dt,
                 compliance,
                 inertia: if compliance > 0.0 { 1.0 / compliance } else { 0.0 },
-                rake_coordinate: if closest.face == Face::Rake { closest.along } else { 0.0 },
-                friction: conditions.tool.friction,
+                rake_coordinate: closest.along,
+                friction: contact.tool.friction,
             };
-            if let Some(strength) = strength {
-                let width = 2.0 * half_width::<R, D, S>(block, lane, conditions.depth);
-                let place = from_tool(layout, conditions.tool, block, lane);
+            if *caps {
+                let width = 2.0 * half_width::<R, D, S>(block, lane, contact.depth);
+                let place = from_tool(layout, contact.tool, block, lane);
                 let across = if D::AXES == 3 { layout.cell * block.grid_position(lane)[2] } else { 0.0 };
                 sticking.push(Layer {
-                    along: conditions.tool.shape.along_outline(place, &closest),
+                    along: contact.tool.shape.along_outline(place, &closest),
                     strip: (across / width).floor() as i64,
                     width,
-                    depth: if D::AXES == 3 { width } else { conditions.depth },
-                    strength: strength(&block.state, lane),
+                    depth: if D::AXES == 3 { width } else { contact.depth },
+                    strength: (contact.strength)(&block.state, lane),
                 });
             }
-            let start = warm_start(point.force, touch.normal, conditions.tool.friction, dt);
+            let start = warm_start(point.force, touch.normal, contact.tool.friction, dt);
             touch.push::<D>(start, reached, nodes);
             touches.push(touch);
         }
     }
 
-    /// Sweeps over the touching points until their velocities settle; `capped` is the cell length (m) where strength caps
-    /// friction.
-    fn sweep_points(&mut self, conditions: &Conditions<'_>, capped: Option<f64>) {
-        let tool = conditions.tool;
-        let tool_velocity = [tool.velocity[0], tool.velocity[1], 0.0];
-        let SurfaceContact { nodes, touches, reached, sticking, .. } = self;
-        if let Some(cell) = capped {
+    /// Sweeps over the touching points until their velocities settle; `cell` is the cell length (m).
+    fn sweep_points(&mut self, tool: &RigidTool, step: &StepContext, cell: f64) {
+        let SurfaceContact { caps, nodes, touches, reached, sticking, .. } = self;
+        if *caps {
             sticking.measure(cell);
         }
         let prepare = &mut |touches: &mut [ContactPoint]| {
-            if let Some(cell) = capped {
-                sticking.cap(touches, tool.friction, cell, conditions.time[1]);
+            if *caps {
+                sticking.cap(touches, tool.friction, cell, step.dt);
             }
         };
-        let sweep = GaussSeidel { touches, reached, nodes, tool: tool_velocity, prepare };
-        self.sweeps = dispatch(conditions.instructions, sweep);
+        let velocity = [tool.velocity[0], tool.velocity[1], 0.0];
+        let sweep = GaussSeidel { touches, reached, nodes, tool: velocity, prepare };
+        self.sweeps = dispatch(step.instructions, sweep);
     }
 
-    /// What the impulses found amount to.
-    fn sum_up<D: Dimension>(&mut self, conditions: &Conditions<'_>) {
+    /// What the impulses found amount to in a substep of `dt` (s).
+    fn sum_up<D: Dimension>(&mut self, tool: &RigidTool, dt: f64, wants_heat: bool) {
         let SurfaceContact {
             near, nodes, starts, touches, reached, own_weights, heat: heated, touched, ..
         } = self;
         heated.clear();
-        if conditions.wants_heat {
+        if wants_heat {
             heated.resize(nodes.len(), 0.0);
         }
-        let tool = conditions.tool;
         let tool_velocity = [tool.velocity[0], tool.velocity[1], 0.0];
         let sums = &mut touched.sums;
         for touch in touches.iter() {
-            near[touch.near as usize].force = touch.impulse.map(|j| j / conditions.time[1]);
+            near[touch.near as usize].force = touch.impulse.map(|j| j / dt);
             if touch.impulse == [0.0; 3] {
                 continue;
             }
@@ -368,17 +350,18 @@ impl SurfaceContact {
             sums.tool_impulse[1] += touch.impulse[1];
             sums.touches = true;
             sums.contact_reach = sums.contact_reach.max(touch.rake_coordinate);
-            if conditions.wants_heat && heat > 0.0 {
+            if wants_heat && heat > 0.0 {
                 // The point's own weights are never negative and add up to one.
                 for k in touch.first as usize..touch.end as usize {
                     heated[reached[k].place as usize] += own_weights[k] * heat;
                 }
             }
         }
-        touched.nodes.extend(starts.iter().zip(nodes.iter()).map(|(start, node)| {
-            (start.index, std::array::from_fn(|axis| node.velocity[axis] - start.free[axis]))
+        touched.nodes.extend(starts.iter().zip(nodes.iter()).map(|(start, node)| VelocityChange {
+            node: start.index,
+            change: std::array::from_fn(|axis| node.velocity[axis] - start.free[axis]),
         }));
-        touched.nodes.sort_unstable_by_key(|change| change.0);
+        touched.nodes.sort_unstable_by_key(|change| change.node);
         let by_node = starts.iter().zip(heated.iter()).filter(|(_, heat)| **heat > 0.0);
         touched.friction_heat.extend(by_node.map(|(start, &heat)| (start.index, heat)));
         touched.friction_heat.sort_unstable_by_key(|entry| entry.0);

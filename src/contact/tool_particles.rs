@@ -1,9 +1,9 @@
 //! The rigid tool as points, for the paper's own contact laws (`contact::nodal`).
 //!
-//! Points fill the tool's cross-section half a cell apart, as the workpiece's do: a first layer a quarter of a cell below the
-//! surface, along the faces and around the edge, so that a flat face is flat to the points, too; behind it a square
-//! lattice. They are kept by squares of a cell, from the tool's lowest point, and move with it. In space the tool is the
-//! same everywhere along z.
+//! Points fill the tool's cross-section half a cell apart, as the workpiece's do: a first layer a quarter of
+//! a cell below the surface, along the faces and around the edge, so that a flat face is flat to the points,
+//! too; behind it a square lattice. They are kept by squares of a cell, from the tool's lowest point, and
+//! move with it. In space the tool is the same everywhere along z.
 
 use crate::tool::profile::ToolShape;
 
@@ -14,10 +14,11 @@ const ARC: usize = 32;
 
 /// The tool's points, by squares of a cell.
 #[derive(Clone, Debug, Default)]
-pub struct RigidPoints {
+pub(super) struct RigidPoints {
     /// Edge of a square (m); 0 before there are points.
     cell: f64,
-    /// Lower left corner of the first square from the tool's lowest point (m), and the number of squares along x and y.
+    /// Lower left corner of the first square from the tool's lowest point (m), and the number of squares
+    /// along x and y.
     corner: [f64; 2],
     counts: [i32; 2],
     /// Positions (m), square by square.
@@ -28,7 +29,7 @@ pub struct RigidPoints {
 
 impl RigidPoints {
     /// Points for a tool on a grid of cells of `cell` (m).
-    pub fn new(shape: &ToolShape, cell: f64) -> Self {
+    pub(super) fn new(shape: &ToolShape, cell: f64) -> Self {
         let all = place(shape, SPACING * cell);
         let (corner, high) = shape.bounds();
         let counts = [0, 1].map(|axis| ((high[axis] - corner[axis]) / cell).floor() as i32 + 1);
@@ -50,7 +51,7 @@ impl RigidPoints {
     }
 
     /// Whether these are the points for such a grid.
-    pub fn fit(&self, cell: f64) -> bool {
+    pub(super) fn fit(&self, cell: f64) -> bool {
         self.cell == cell
     }
 
@@ -66,7 +67,7 @@ impl RigidPoints {
     ///
     /// * `node`: from the tool's lowest point (m)
     /// * `reach`: of a point along each axis (m), at most two cells; it reaches a node that is closer
-    pub fn front(&self, node: [f64; 2], normal: [f64; 2], reach: f64) -> Option<f64> {
+    pub(super) fn front(&self, node: [f64; 2], normal: [f64; 2], reach: f64) -> Option<f64> {
         let low = self.square([node[0] - reach, node[1] - reach]);
         let high = self.square([node[0] + reach, node[1] + reach]);
         let mut front = None;
@@ -82,11 +83,6 @@ impl RigidPoints {
             }
         }
         front
-    }
-
-    /// All points (m), from the tool's lowest point.
-    pub fn positions(&self) -> &[[f64; 2]] {
-        &self.points
     }
 }
 
@@ -139,23 +135,24 @@ mod tests {
             .collect()
     }
 
-    /// The paper's tool, 0.5 mm by 1 mm with points 5 µm apart, has 20,000 points; clearance takes a wedge away.
+    /// The paper's tool, 0.5 mm by 1 mm with points 5 µm apart, has 20,000 points; clearance takes a wedge
+    /// away.
     #[test]
     fn the_papers_tool_has_its_number_of_points() {
         let shape = ToolShape::new(0.0, 0.0, 0.0, 5e-4, 1e-3).expect("a right-angled wedge");
-        let count = RigidPoints::new(&shape, 1e-5).positions().len();
+        let count = RigidPoints::new(&shape, 1e-5).points.len();
         // The layer and the lattice meet within a row of 600 points.
         assert!((19_400..=20_600).contains(&count), "{count} points");
     }
 
-    /// All points lie a quarter of a cell or more inside, and everything deeper has one within a cell: seen from a node ahead
-    /// of a face, the foremost lies a quarter of a cell below it to rounding.
+    /// All points lie a quarter of a cell or more inside, and everything deeper has one within a cell: seen
+    /// from a node ahead of a face, the foremost lies a quarter of a cell below it to rounding.
     #[test]
     fn points_fill_the_tool_behind_flat_faces() {
         let cell = 2e-5;
         for shape in tools() {
             let points = RigidPoints::new(&shape, cell);
-            for &point in points.positions() {
+            for &point in &points.points {
                 let depth = -shape.closest(point).distance;
                 assert!(depth >= 0.25 * cell * (1.0 - 1e-5), "a point {depth} m deep");
             }

@@ -7,20 +7,20 @@
 //!                                      ├───────────┤
 //! ```
 //!
-//! A chunk adds up, on its own nodes (`partition::nodes`), what all chunks deposited there in the last substep, always in the order of
-//! the chunks; solves the momentum equation; and moves its points, which deposit into a buffer of its own. It reads
-//! only the deposits of the last substep and writes only its own, so a substep needs no lock, and its result does not depend on
-//! how many threads there are. On the overlap neighbours do the same work twice and get the same bits; sums over nodes count
-//! those that a chunk owns.
+//! A chunk adds up, on its own nodes (`partition::nodes`), what all chunks deposited there in the last
+//! substep, always in the order of the chunks; solves the momentum equation; and moves its points, which
+//! deposit into a buffer of its own. It reads only the deposits of the last substep and writes only its own,
+//! so a substep needs no lock, and its result does not depend on how many threads there are. On the overlap
+//! neighbours do the same work twice and get the same bits; sums over nodes count those that a chunk owns.
 
 use crate::dimension::Dimension;
 use crate::grid::Layout;
 use crate::grid::shape_function::ShapeFunction;
 use crate::material::ConstitutiveModel;
-use crate::partition::nodes::ChunkNodes;
+use crate::partition::nodes::{ChunkNodes, StepContext};
 use crate::partition::velocity_outliers::{self, Outlier};
 use crate::points::{Block, PointState};
-use crate::simd::{InstructionSet, Real, dispatch};
+use crate::simd::{Real, dispatch};
 use crate::transfer::{Candidate, NodeRun, OutlierScan, PassSums, PointsPass};
 use std::time::{Duration, Instant};
 
@@ -55,28 +55,27 @@ impl<R: Real, D: Dimension, S> Default for Chunk<R, D, S> {
     }
 }
 
-/// What all chunks share in one substep.
-pub struct Substep<'a, F, M> {
+/// What all chunks' points share in one substep.
+pub struct PointsStep<'a, F, M> {
     /// Arrangement of the nodes.
     pub layout: &'a Layout,
     /// Shape function.
     pub shape: &'a F,
     /// Constitutive model.
     pub model: &'a M,
-    /// Substep (s).
-    pub dt: f64,
-    /// Instruction set of the kernels.
-    pub instructions: InstructionSet,
+    /// What nodes and contact share with them.
+    pub step: &'a StepContext,
 }
 
 impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
-    /// Moves the points by what a substep has made of their `nodes`; they deposit into `outgoing`. With a bound (m/s), notes in
-    /// `outliers` those whose velocity differs by more from the ones that all nodes around them had in the substep.
+    /// Moves the points by what a substep has made of their `nodes`; they deposit into `outgoing`. With a
+    /// bound (m/s), notes in `outliers` those whose velocity differs by more from the ones that all nodes
+    /// around them had in the substep.
     pub fn update_particles<F: ShapeFunction<R>, M: ConstitutiveModel<R, D, State = S>>(
         &mut self,
         nodes: &mut ChunkNodes<R>,
         outgoing: &mut NodeRun<R>,
-        common: &Substep<'_, F, M>,
+        common: &PointsStep<'_, F, M>,
         outlier_bound: Option<f64>,
     ) {
         let begin = Instant::now();
@@ -94,15 +93,17 @@ impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
         }
     }
 
-    /// Deposits mass, momentum and force of points that have just been sorted, without moving them.
+    /// Deposits mass, momentum and force of points that have just been sorted, without moving them: in a
+    /// substep of 0 s.
     pub fn deposit<F: ShapeFunction<R>, M: ConstitutiveModel<R, D, State = S>>(
         &mut self,
         nodes: &mut ChunkNodes<R>,
         outgoing: &mut NodeRun<R>,
-        common: &Substep<'_, F, M>,
+        common: &PointsStep<'_, F, M>,
     ) {
+        debug_assert!(common.step.dt == 0.0, "a deposit over {} s would move the points", common.step.dt);
         nodes.run.clear();
-        let _ = self.pass_points(&nodes.run, outgoing, &Substep { dt: 0.0, ..*common }, None);
+        let _ = self.pass_points(&nodes.run, outgoing, common, None);
     }
 
     /// Moves the points by the nodes' present velocities; with nodes at rest it only deposits.
@@ -110,13 +111,13 @@ impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
         &mut self,
         nodes: &NodeRun<R>,
         outgoing: &mut NodeRun<R>,
-        common: &Substep<'_, F, M>,
+        common: &PointsStep<'_, F, M>,
         outlier_bound: Option<f64>,
     ) -> PassSums {
         self.candidates.clear();
         let look = outlier_bound.map(|bound| OutlierScan { bound, candidates: &mut self.candidates });
         dispatch(
-            common.instructions,
+            common.step.instructions,
             PointsPass {
                 blocks: &mut self.blocks,
                 nodes,
@@ -124,7 +125,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
                 layout: common.layout,
                 shape: common.shape,
                 model: common.model,
-                dt: common.dt,
+                dt: common.step.dt,
                 look,
             },
         )

@@ -1,15 +1,16 @@
 //! All points of a scene, sorted by their nearest node and divided into chunks.
 //!
-//! Sorting is a stable counting sort by the node's place in memory, so that neighbours in space are neighbours in
-//! memory and a chunk's nodes are one run. The order is part of the state: it fixes the order of every sum.
+//! Sorting is a stable counting sort by the node's place in memory, so that neighbours in space are
+//! neighbours in memory and a chunk's nodes are one run. The order is part of the state: it fixes the order
+//! of every sum.
 //!
 //! ```text
 //!   where points stand    block 7 │…abcdefgh…│        most neighbours stay neighbours,
 //!   where they go         block 7 │…abc│i│defgh…│     so whole runs of them are copied at once
 //! ```
 //!
-//! Sorted points go to a second set of blocks, which then changes places with the first: after the first sorts no
-//! memory is asked for.
+//! Sorted points go to a second set of blocks, which then changes places with the first: after the first
+//! sorts no memory is asked for.
 
 pub mod chunk;
 pub mod nodes;
@@ -24,7 +25,7 @@ use crate::grid::{FixedNodes, Layout, PencilRanges};
 use crate::parallel::for_each;
 use crate::parallel::take_turns;
 use crate::partition::chunk::Chunk;
-use crate::partition::nodes::ChunkNodes;
+use crate::partition::nodes::{ChunkNodes, ChunkPencils};
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::Real;
 use crate::transfer::NodeRun;
@@ -51,9 +52,11 @@ pub struct Partition<R: Real, D: Dimension, S> {
     pub fixed: Vec<FixedNodes>,
     /// Points outside the active window: in no chunk, and no substep moves them.
     pub frozen: Vec<Block<R, D, S>>,
-    /// Points of the chip's tail: in no chunk either; `speedups::rigid_chip` moves them when points are sorted.
+    /// Points of the chip's tail: in no chunk either; `speedups::rigid_chip` moves them when points are
+    /// sorted.
     pub tail: Vec<Block<R, D, S>>,
-    /// Lowest and highest pencil of each chunk's points when they were sorted; (1, 0) for a chunk without points.
+    /// Lowest and highest pencil of each chunk's points when they were sorted; (1, 0) for a chunk without
+    /// points.
     ends: Vec<(usize, usize)>,
     workspace: Workspace<R, D, S>,
 }
@@ -133,8 +136,8 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         places(self.tail.iter())
     }
 
-    /// Runs `work` on each chunk by number, with its deposits of the last substep, on the threads of the current pool or on this
-    /// one; gives the sum of its results in the order of the chunks.
+    /// Runs `work` on each chunk by number, with its deposits of the last substep, on the threads of the
+    /// current pool or on this one; gives the sum of its results in the order of the chunks.
     pub fn sum_over_chunks(
         &mut self,
         parallel: bool,
@@ -149,8 +152,9 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         sums.iter().sum()
     }
 
-    /// Sorts the points and arranges the grid around them. A point that stands at the domain's rim leaves it: it is
-    /// shown to `retire` and is gone. `parallel` spreads the copying over the threads of the current pool.
+    /// Sorts the points and arranges the grid around them. A point that stands at the domain's rim leaves it:
+    /// it is shown to `retire` and is gone. `parallel` spreads the copying over the threads of the current
+    /// pool.
     pub fn sort(&mut self, mut retire: impl FnMut(&Block<R, D, S>, usize), parallel: bool) {
         self.key_points(&mut retire);
         let points = self.order_points();
@@ -171,8 +175,8 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         self.arrange_chunks();
     }
 
-    /// Arranges the nodes around the points that stay, and notes by place in memory each point's node, as its index in
-    /// the layout; `GONE` where there is no point.
+    /// Arranges the nodes around the points that stay, and notes by place in memory each point's node, as its
+    /// index in the layout; `GONE` where there is no point.
     fn key_points(&mut self, retire: &mut impl FnMut(&Block<R, D, S>, usize)) {
         let Partition { layout, chunks, workspace, .. } = self;
         let Workspace { keys, ranges, .. } = workspace;
@@ -264,8 +268,13 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             // A chunk without points (a scene that has lost most of them) stands where nothing is.
             let (first, last) = if self.ends[k].0 <= self.ends[k].1 { self.ends[k] } else { (0, 0) };
             let deposits = [&mut self.incoming[k], &mut self.outgoing[k]];
-            owned_from =
-                nodes.arrange::<D>(&self.layout, (first, last, next), owned_from, &self.fixed, deposits);
+            owned_from = nodes.arrange::<D>(
+                &self.layout,
+                ChunkPencils { first, last, next },
+                owned_from,
+                &self.fixed,
+                deposits,
+            );
         }
     }
 }
@@ -276,12 +285,14 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         std::mem::swap(&mut self.incoming, &mut self.outgoing);
     }
 
-    /// Everything that changes, as numbers: points in order, the layout, then the deposits that the next substep reads.
+    /// Everything that changes, as numbers: points in order, the layout, then the deposits that the next
+    /// substep reads.
     pub fn state_bytes(&self) -> StateBytes {
         let count: usize = self.chunks.iter().map(|chunk| chunk.blocks.len()).sum();
         let all = count + self.frozen.len() + self.tail.len();
         let deposits: usize = self.incoming.iter().map(|run| size_of_val(run.records.as_slice())).sum();
-        // Deposits of single precision take twice their size; the rest is exact enough to spare most reallocations.
+        // Deposits of single precision take twice their size; the rest is exact enough to spare most
+        // reallocations.
         let mut bulk = StateBytes::with_capacity(all * Self::bytes_per_block() + 2 * deposits + (1 << 16));
         bulk.put_counts([count, self.frozen.len(), self.tail.len()]);
         let blocks = self.chunks.iter().flat_map(|chunk| &chunk.blocks);
@@ -425,8 +436,9 @@ mod tests {
     use super::*;
     use crate::dimension::{PlaneStrain, ThreeDimensional};
 
-    /// Points at random nodes, some on the domain's rim, moved about and sorted again and again: each time the order
-    /// must be that of the standard library's stable sort of those that stay, with every quantity in its place.
+    /// Points at random nodes, some on the domain's rim, moved about and sorted again and again: each time
+    /// the order must be that of the standard library's stable sort of those that stay, with every quantity
+    /// in its place.
     fn check<D: Dimension>(counts: [i32; 3]) {
         let mut seed = 1_u64;
         let mut random = |below: i32| {
@@ -480,7 +492,8 @@ mod tests {
         assert!(partition.points().count() < total, "no point ever reached the rim");
     }
 
-    /// See `check`; nodes in memory lie in the order of their indices, so that of the nodes is the order of the keys.
+    /// See `check`; nodes in memory lie in the order of their indices, so that of the nodes is the order of
+    /// the keys.
     #[test]
     fn sorting_is_the_stable_sort_by_node() {
         check::<PlaneStrain>([30, 20, 1]);

@@ -2,21 +2,22 @@
 //!
 //! In two halves, between which the threads meet:
 //!
-//! 1. what all chunks have deposited is added up, the momentum equation solved, body forces and walls applied. Contact needs the same
-//!    deposits and nothing of this, so it is solved on one thread while the others are here;
-//! 2. what contact changes is added, increments are smoothed where the scene wants it, and the substep is judged by what it
-//!    will do to the points.
+//! 1. what all chunks have deposited is added up, the momentum equation solved, body forces and walls
+//!    applied. Contact needs the same deposits and nothing of this, so it is solved on one thread while the
+//!    others are here;
+//! 2. what contact changes is added, increments are smoothed where the scene wants it, and the substep is
+//!    judged by what it will do to the points.
 
-use crate::contact::{Contact, Correction};
 use crate::dimension::Dimension;
 use crate::grid::body_force::BodyForce;
 use crate::grid::{self, FixedNodes, Layout, MARGIN};
 use crate::partition::smoothing::Smoothing;
 use crate::partition::step_bounds::{Bounds, BoundsPass};
 use crate::simd::{InstructionSet, Real, dispatch};
-use crate::tool::RigidTool;
 use crate::transfer::{NodeRun, NodesPass};
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// A fixed node of a chunk.
 #[derive(Clone, Copy, Debug)]
@@ -25,10 +26,20 @@ struct Fixed {
     axes: [bool; 3],
 }
 
+/// Areas of contact (m2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ContactAreas {
+    /// All of it.
+    pub all: f64,
+    /// The part where friction is below Coulomb's.
+    pub sticking: f64,
+}
+
 /// What a chunk's nodes add up in one substep, over the nodes it owns.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NodeSums {
-    /// ½ Σ m |Δv|² (J); with an affine transfer ½ Σ m Δv·v; with smoothed increments what `partition::smoothing` has.
+    /// ½ Σ m |Δv|² (J); with an affine transfer ½ Σ m Δv·v; with smoothed increments what
+    /// `partition::smoothing` has.
     pub increment_energy: f64,
     /// Impulse of the tool on the workpiece (N s).
     pub tool_impulse: [f64; 2],
@@ -38,53 +49,45 @@ pub struct NodeSums {
     pub friction_work: f64,
     /// ½ Σ m |Δv|² along the directions that contact or a wall prescribes (J): inelastic impact.
     pub contact_loss: f64,
-    /// Work of the contact impulses on what is left of the points' approach (J), negative where points are pushed out.
+    /// Work of the contact impulses on what is left of the points' approach (J), negative where points are
+    /// pushed out.
     pub approach_work: f64,
-    /// Area of contact, and of the part where friction is below Coulomb's (m2): where strength caps friction (`contact::sticking`).
-    pub contact_areas: [f64; 2],
+    /// Areas of contact, where strength caps friction.
+    pub contact_areas: ContactAreas,
     /// Furthest coordinate of contact along the rake face (m).
     pub contact_reach: f64,
     /// Whether any node is in contact.
     pub touches: bool,
 }
 
-impl NodeSums {
-    /// Counts the contact of a node of `mass` (kg); returns its friction work (J).
-    ///
-    /// * `trial`, `old`: its velocity without contact, and before the substep (m/s)
-    pub fn count_node<D: Dimension>(
-        &mut self,
-        tool: &RigidTool,
-        mass: f64,
-        [trial, old]: [&D::Vector<f64>; 2],
-        contact: &Correction<D>,
-    ) -> f64 {
-        let change = D::vector(|axis| contact.velocity[axis] - old[axis]);
-        let impulse = D::vector(|axis| mass * (contact.velocity[axis] - trial[axis]));
-        let tool_work = impulse[0] * tool.velocity[0] + impulse[1] * tool.velocity[1];
-        // The friction impulse is the tangential part; only it works on the slip.
-        let friction = -(0..D::AXES).map(|axis| impulse[axis] * contact.slip[axis]).sum::<f64>();
-        self.tool_impulse[0] += impulse[0];
-        self.tool_impulse[1] += impulse[1];
-        self.tool_work += tool_work;
-        self.friction_work += friction;
-        self.contact_loss += 0.5 * mass * contact.prescribed_square(&change);
-        self.contact_reach = self.contact_reach.max(contact.rake_coordinate.unwrap_or(0.0));
-        self.touches = true;
-        friction
-    }
+/// What contact does to a node.
+#[derive(Clone, Copy, Debug)]
+pub struct VelocityChange {
+    /// Index of the node in the layout.
+    pub node: usize,
+    /// Its change of velocity (m/s).
+    pub change: [f64; 3],
 }
 
-/// What contact changes in a substep, found beside the first half of it (`contact::surface`, `contact::nodal`).
+/// What contact changes in a substep, found beside the first half of it.
 #[derive(Clone, Debug, Default)]
 pub struct NodalImpulses {
-    /// Index of the node in the layout and its change of velocity (m/s), in rising order.
-    pub nodes: Vec<(usize, [f64; 3])>,
-    /// Index of the node in the layout and the friction heat of the substep there (J, at least 0), in rising order; it adds
-    /// up to the friction work. Empty unless asked for.
+    /// The nodes that contact moves, in rising order.
+    pub nodes: Vec<VelocityChange>,
+    /// Index of the node in the layout and the friction heat of the substep there (J, at least 0), in rising
+    /// order; it adds up to the friction work. Empty unless asked for.
     pub friction_heat: Vec<(usize, f64)>,
     /// For the ledger and the outputs.
     pub sums: NodeSums,
+}
+
+impl NodalImpulses {
+    /// Forgets all, but not its memory.
+    pub fn clear(&mut self) {
+        self.nodes.clear();
+        self.friction_heat.clear();
+        self.sums = NodeSums::default();
+    }
 }
 
 /// The nodes around a chunk's points.
@@ -105,43 +108,51 @@ pub struct ChunkNodes<R> {
     pub bounds: Bounds,
 }
 
-/// What all nodes share in one substep.
-pub struct NodesStep<'a> {
-    /// Arrangement of the nodes.
-    pub layout: &'a Layout,
-    /// Contact law.
-    pub contact: Contact,
-    /// The tool at the start of the substep.
-    pub tool: &'a RigidTool,
-    /// Nodes lighter than this (kg) stay at rest: nothing but rounding is left there.
-    pub lightest: f64,
-    /// Steepness of the shape function over the mass of the lightest point (1/kg), see `partition::step_bounds`.
-    pub share_per_mass: f64,
-    /// Acceleration of the nodes by a body force, if the scene has one.
-    pub body_force: Option<&'a dyn BodyForce>,
+/// What points, nodes and contact share in one substep, beside the arrangement of the nodes.
+#[derive(Clone)]
+pub struct StepContext {
     /// Time at the start of the substep (s).
     pub time: f64,
     /// Substep (s).
     pub dt: f64,
+    /// Nodes lighter than this (kg) stay at rest: nothing but rounding is left there.
+    pub lightest: f64,
+    /// Steepness of the shape function over the mass of the lightest point (1/kg), see
+    /// `partition::step_bounds`.
+    pub share_per_mass: f64,
+    /// Acceleration of the nodes by a body force, if the scene has one.
+    pub body_force: Option<Arc<dyn BodyForce>>,
     /// Whether points hold an affine velocity field (APIC).
     pub is_affine: bool,
     /// Instruction set of the kernels.
     pub instructions: InstructionSet,
 }
 
+/// Where a chunk stands among the pencils.
+#[derive(Clone, Copy, Debug)]
+pub struct ChunkPencils {
+    /// Lowest pencil of its points.
+    pub first: usize,
+    /// Highest pencil of its points.
+    pub last: usize,
+    /// Lowest pencil of the following chunk that has points, if there is one.
+    pub next: Option<usize>,
+}
+
 impl<R: Real> ChunkNodes<R> {
-    /// Takes the nodes around a chunk's points; `first` and `last` are its lowest and highest pencil, `next` the lowest of
-    /// the following chunk (or the end), `owned_from` where the ownership of the chunk before ended.
+    /// Takes the nodes around a chunk's points; `owned_from` is where the ownership of the chunk before
+    /// ended.
     ///
     /// Returns where its ownership ends.
     pub fn arrange<D: Dimension>(
         &mut self,
         layout: &Layout,
-        (first, last, next): (usize, usize, Option<usize>),
+        place: ChunkPencils,
         owned_from: usize,
         fixed: &[FixedNodes],
         deposits: [&mut NodeRun<R>; 2],
     ) -> usize {
+        let ChunkPencils { first, last, next } = place;
         let plane = layout.pencils_per_plane::<D>() as usize;
         let margin = MARGIN as usize;
         // In space a pencil's neighbours reach one plane further and one row to each side.
@@ -159,7 +170,8 @@ impl<R: Real> ChunkNodes<R> {
         // Own up to the next chunk's first pencil, but no further than the nodes reach.
         let end_pencil = next.map_or(count, |next| next.min(self.pencils.end));
         let end = layout.start[end_pencil].max(owned_from);
-        // A chunk without points may stand before what has been given away: it owns nothing, within its nodes.
+        // A chunk without points may stand before what has been given away: it owns nothing, within its
+        // nodes.
         let begin = owned_from.clamp(nodes.start, nodes.end);
         self.owned = begin..end.clamp(begin, nodes.end);
         self.fixed.clear();
@@ -180,7 +192,12 @@ impl<R: Real> ChunkNodes<R> {
     /// First half of a substep, up to contact: the nodes' new velocities from `incoming` deposits.
     ///
     /// It changes no point and can be done again at another length.
-    pub fn update_nodes<D: Dimension>(&mut self, incoming: &[NodeRun<R>], step: &NodesStep<'_>) {
+    pub fn update_nodes<D: Dimension>(
+        &mut self,
+        layout: &Layout,
+        incoming: &[NodeRun<R>],
+        step: &StepContext,
+    ) {
         dispatch(
             step.instructions,
             NodesPass::<R, D> {
@@ -191,21 +208,21 @@ impl<R: Real> ChunkNodes<R> {
                 dimension: std::marker::PhantomData,
             },
         );
-        if let Some(force) = step.body_force {
-            self.accelerate::<D>(force, step);
+        if let Some(force) = &step.body_force {
+            self.accelerate::<D>(force.as_ref(), layout, step);
         }
         self.sums = NodeSums::default();
         self.fix::<D>();
     }
 
     /// Second half: what contact has `touched`, smoothing, and what the nodes will do to the points.
-    pub fn apply_contact<D: Dimension>(&mut self, touched: &NodalImpulses, step: &NodesStep<'_>) {
-        match step.contact {
-            Contact::Surface | Contact::Distance | Contact::Velocity => {
-                self.apply_nodal_impulses::<D>(touched)
-            }
-            Contact::NodesInside => self.touch::<D>(step),
-        }
+    pub fn apply_contact<D: Dimension>(
+        &mut self,
+        layout: &Layout,
+        touched: &NodalImpulses,
+        step: &StepContext,
+    ) {
+        self.apply_nodal_impulses::<D>(touched);
         let owned = self.owned.start - self.run.first..self.owned.end - self.run.first;
         let records = &self.run.records[owned.start * D::QUADS..owned.end * D::QUADS];
         let mass = &self.run.mass[owned];
@@ -214,23 +231,24 @@ impl<R: Real> ChunkNodes<R> {
         } else {
             grid::increment_energy::<R, D>(records, mass)
         };
-        if step.layout.shares_masses {
-            self.smooth(touched, step);
+        if layout.shares_masses {
+            self.smooth(layout, touched, step);
         }
         self.bounds = dispatch(
             step.instructions,
             BoundsPass::<R, D> {
                 nodes: &self.run,
-                layout: step.layout,
+                layout,
                 pencils: self.pencils.clone(),
                 share_per_mass: step.share_per_mass,
-                per_cell: step.dt / step.layout.cell,
+                per_cell: step.dt / layout.cell,
                 dimension: std::marker::PhantomData,
             },
         );
     }
 
-    /// Gives the nodes the velocities back that their increments belong to, where those that move the points are smoothed.
+    /// Gives the nodes the velocities back that their increments belong to, where those that move the points
+    /// are smoothed.
     pub fn take_smoothing_back(&mut self, layout: &Layout) {
         if layout.shares_masses {
             self.smoothing.take_back(&mut self.run);
@@ -238,8 +256,7 @@ impl<R: Real> ChunkNodes<R> {
     }
 
     /// Adds Δt b to velocity and increment of every node that has mass.
-    fn accelerate<D: Dimension>(&mut self, force: &dyn BodyForce, step: &NodesStep<'_>) {
-        let layout = step.layout;
+    fn accelerate<D: Dimension>(&mut self, force: &dyn BodyForce, layout: &Layout, step: &StepContext) {
         for pencil in self.pencils.clone() {
             for index in layout.start[pencil]..layout.start[pencil + 1] {
                 let node = index - self.run.first;
@@ -261,9 +278,10 @@ impl<R: Real> ChunkNodes<R> {
     /// Adds to the nodes what contact changes; its sums are counted where it was found.
     fn apply_nodal_impulses<D: Dimension>(&mut self, changes: &NodalImpulses) {
         let end = self.run.first + self.run.count::<D>();
-        let begin = changes.nodes.partition_point(|change| change.0 < self.run.first);
-        for &(index, change) in changes.nodes[begin..].iter().take_while(|change| change.0 < end) {
-            let node = index - self.run.first;
+        let begin = changes.nodes.partition_point(|change| change.node < self.run.first);
+        let own = changes.nodes[begin..].iter().take_while(|change| change.node < end);
+        for &VelocityChange { node, change } in own {
+            let node = node - self.run.first;
             let record = &mut self.run.records[node * D::QUADS..(node + 1) * D::QUADS];
             let (velocity, gain) = (grid::velocity::<R, D>(record), grid::increment::<R, D>(record));
             let sum = |old: D::Vector<f64>| D::vector(|axis| old[axis] + change[axis]);
@@ -272,15 +290,15 @@ impl<R: Real> ChunkNodes<R> {
     }
 
     /// Lets points move by smoothed increments (`partition::smoothing`).
-    fn smooth(&mut self, touched: &NodalImpulses, step: &NodesStep<'_>) {
-        let nodes = (&self.run, step.layout, self.pencils.clone());
+    fn smooth(&mut self, layout: &Layout, touched: &NodalImpulses, step: &StepContext) {
+        let nodes = (&self.run, layout, self.pencils.clone());
         self.smoothing.find(nodes, R::from_f64(step.lightest), step.instructions);
         for node in &self.fixed {
             self.smoothing.leave(node.index, node.axes);
         }
         let owned = self.owned.start - self.run.first..self.owned.end - self.run.first;
-        let touched = touched.nodes.iter().filter(|(index, _)| self.owned.contains(index));
-        let touched = touched.map(|&(index, change)| (index - self.run.first, change));
+        let touched = touched.nodes.iter().filter(|touched| self.owned.contains(&touched.node));
+        let touched = touched.map(|touched| (touched.node - self.run.first, touched.change));
         self.sums.increment_energy += self.smoothing.half_work(&self.run, owned, touched);
         self.smoothing.apply(&mut self.run);
     }
@@ -299,60 +317,6 @@ impl<R: Real> ChunkNodes<R> {
                     (0..D::AXES).filter(|&axis| node.axes[axis]).map(|axis| old[axis] * old[axis]).sum();
                 self.sums.contact_loss += 0.5 * mass * square;
             }
-        }
-    }
-
-    /// Contact of the tool with nodes.
-    fn touch<D: Dimension>(&mut self, step: &NodesStep<'_>) {
-        let NodesStep { layout, tool, .. } = *step;
-        let (low, high) = tool.bounds();
-        let index = |axis: usize, x: f64| (x - layout.origin[axis]) / layout.cell;
-        let plane = layout.pencils_per_plane::<D>() as usize;
-        // Only nodes within the tool's box can be inside it.
-        let columns =
-            index(0, low[0]).ceil().max(0.0) as usize..(index(0, high[0]).floor() + 1.0).max(0.0) as usize;
-        let window =
-            (columns.start * plane).max(self.pencils.start)..(columns.end * plane).min(self.pencils.end);
-        for pencil in window {
-            let count = layout.start[pencil + 1] - layout.start[pencil];
-            let begin = layout.start[pencil].wrapping_sub(self.run.first);
-            for k in 0..count {
-                let position = layout.position::<D>(pencil, layout.low[pencil] + k as i32);
-                if position[1] < low[1] || position[1] > high[1] {
-                    continue;
-                }
-                let node = begin + k;
-                let mass = self.run.mass[node].to_f64();
-                if mass <= step.lightest {
-                    continue;
-                }
-                let record = &mut self.run.records[node * D::QUADS..(node + 1) * D::QUADS];
-                let trial = grid::velocity::<R, D>(record);
-                let Some(contact) = step.contact.correct::<D>(tool, [position[0], position[1]], &trial)
-                else {
-                    continue;
-                };
-                let gain = grid::increment::<R, D>(record);
-                let old = D::vector(|axis| trial[axis] - gain[axis]);
-                let velocity = contact.velocity;
-                let change = D::vector(|axis| velocity[axis] - old[axis]);
-                grid::set_node::<R, D>(record, velocity, change);
-                if self.owned.contains(&(self.run.first + node)) {
-                    self.sums.count_node(tool, mass, [&trial, &old], &contact);
-                }
-            }
-        }
-    }
-}
-
-impl<D: Dimension> Correction<D> {
-    /// Square of the velocity change along the directions that contact prescribes: the normal, and all when the node
-    /// sticks.
-    fn prescribed_square(&self, change: &D::Vector<f64>) -> f64 {
-        if self.slip.as_ref().iter().all(|&component| component == 0.0) {
-            change.as_ref().iter().map(|component| component * component).sum()
-        } else {
-            (change[0] * self.normal[0] + change[1] * self.normal[1]).powi(2)
         }
     }
 }

@@ -20,7 +20,7 @@ use crate::session::cost_estimate::Estimate;
 use crate::session::run_state::{RunState, RunTotals};
 use crate::setup;
 use crate::setup::checks;
-use crate::simulation::{Progress, Solver};
+use crate::simulation::{Progress, Solver, Touches};
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 
@@ -318,7 +318,7 @@ impl Session {
         // A substep without a touch is not the end: points come and go by ones. A point's width without any is.
         let spacing = run.scene.numerics.point_spacing;
         outputs.chip_state = match progress.touches {
-            [_, false] => 1,
+            Touches { ever: false, .. } => 1,
             _ if progress.distance_since_contact > spacing => 4,
             _ if has_chip && progress.cut_length > feed => 3,
             _ => 2,

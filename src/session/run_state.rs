@@ -23,7 +23,7 @@ impl RunTotals {
             time: progress.clock,
             impulse: ledger.tool_impulse,
             work: ledger.tool_work,
-            contact_areas: progress.contact_areas,
+            contact_areas: [progress.contact_areas.all, progress.contact_areas.sticking],
             substeps: progress.substeps,
         }
     }

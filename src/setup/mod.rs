@@ -20,7 +20,7 @@ pub mod process;
 
 pub use effects_summary::effects_summary;
 
-use crate::contact::Contact;
+use crate::contact;
 use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use crate::error::Error;
 use crate::grid::Layout;
@@ -36,9 +36,7 @@ use crate::material::rate::{RateDependent, RateEffect, RateIndependent};
 use crate::material::viscosity::Viscous;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block};
-use crate::scene::{
-    ContactChoice, DimensionChoice, Heat, Law, Precision, Scene, SceneKind, ShapeChoice, TransferChoice,
-};
+use crate::scene::{DimensionChoice, Heat, Law, Precision, Scene, SceneKind, ShapeChoice, TransferChoice};
 use crate::simd::{InstructionSet, Real};
 use crate::simulation::{Options, Simulation, Solver};
 use crate::speedups::active_window::ActiveWindow;
@@ -274,13 +272,7 @@ fn simulation<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R
     let options = Options {
         courant: scene.numerics.courant,
         instructions: InstructionSet::detect(),
-        contact: match scene.numerics.contact {
-            ContactChoice::Surface => Contact::Surface,
-            ContactChoice::Distance => Contact::Distance,
-            ContactChoice::Velocity => Contact::Velocity,
-        },
         depth: scene.workpiece.width,
-        sticking: scene.effects.sticking,
         locking_control: scene.effects.volumetric_locking_control,
         mass_scaling: MassScaling::of(scene),
         window: (scene.numerics.active_window > 0.0).then(|| ActiveWindow {
@@ -291,7 +283,8 @@ fn simulation<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R
         chip_tail: (scene.numerics.active_chip > 0.0)
             .then_some(ChipTail { above: scene.numerics.active_chip, height: scene.workpiece.height }),
     };
-    let mut simulation = Simulation::new(partition, (shape, model), tool, options);
+    let contact = contact::law(scene.numerics.contact, scene.effects.sticking);
+    let mut simulation = Simulation::new(partition, (shape, model), tool, contact, options);
     if scene.effects.heat == Heat::Conduction {
         let constants = &scene.material.constants;
         let capacity = constants.density * constants.specific_heat;

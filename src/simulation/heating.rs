@@ -1,4 +1,5 @@
-//! What a simulation does about heat that flows: friction heat on its way to the points, conduction passes, the tool.
+//! What a simulation does about heat that flows: friction heat on its way to the points, conduction passes,
+//! the tool.
 
 use super::Simulation;
 use crate::dimension::Dimension;
@@ -16,9 +17,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         if self.conduction.is_none() || self.tool.friction == 0.0 {
             return;
         }
-        let touched =
-            if self.acts_on_nodes() { self.nodal_contact.touched() } else { self.surface_contact.touched() };
-        let nodes = &touched.friction_heat;
+        let nodes = &self.contact.touched().friction_heat;
         let found: f64 = nodes.iter().map(|entry| entry.1).sum();
         let heat = &mut self.progress.heat;
         let work = self.progress.ledger.friction_work - before;
@@ -42,7 +41,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         let for_points: NodeHeat = sources.iter().map(|&(node, work)| (node, own * work)).collect();
         let parts = (&self.shape, &self.model);
         let left = sources::deposit(&mut self.partition, parts, &for_points, conduction.capacity(), heat);
-        // What finds no place waits for the next node that does; the tool's share of it has been given already.
+        // What finds no place waits for the next node that does; the tool's share of it has been given
+        // already.
         heat.unplaced += left;
         let for_tool = (1.0 - own) * sources.iter().map(|source| source.1).sum::<f64>();
         heat.friction_in_tool += for_tool;

@@ -9,8 +9,7 @@ mod options;
 pub use options::Options;
 
 use crate::checkpoint::StateBytes;
-use crate::contact::nodal::NodalContact;
-use crate::contact::surface::SurfaceContact;
+use crate::contact::BoxedLaw;
 use crate::dimension::Dimension;
 use crate::energy::ledger::Ledger;
 use crate::energy::watch::{self, Watch};
@@ -21,13 +20,13 @@ use crate::heat::tool::ToolBody;
 use crate::heat::{HeatConduction, HeatTotals};
 use crate::material::ConstitutiveModel;
 use crate::parallel::take_turns;
-use crate::partition::chunk::{Chunk, Substep};
-use crate::partition::nodes::{ChunkNodes, NodesStep};
+use crate::partition::chunk::{Chunk, PointsStep};
+use crate::partition::nodes::{ChunkNodes, ContactAreas, StepContext};
 use crate::partition::step_bounds::{self, Bounds, MOST_RETRIES};
 use crate::partition::{MOST_CHUNKS, Partition};
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::Real;
-pub use crate::simulation::solver::{PointView, Progress, Solver, ToolMotion};
+pub use crate::simulation::solver::{PointView, Progress, Solver, ToolMotion, Touches};
 use crate::speedups::rigid_chip::TailMotion;
 use crate::stabilization::null_space_filter::{self, NullSpaceFilter};
 use crate::stabilization::volumetric_locking::{self, LockingControl};
@@ -36,13 +35,13 @@ use crate::transfer::{NodeRun, PassSums};
 use std::cmp::Reverse;
 use std::sync::Arc;
 
-/// Points are sorted again before any can have moved further than this along an axis (cells); together with one
-/// substep's `transfer::TRAVEL_LIMIT` it stays within the cell of margin that the grid keeps for motion.
+/// Points are sorted again before any can have moved further than this along an axis (cells); together with
+/// one substep's `transfer::TRAVEL_LIMIT` it stays within the cell of margin that the grid keeps for motion.
 const SORT_TRAVEL: f64 = 0.5;
 
 /// The simulation of one scene, monomorphised for what the scene names.
 #[derive(Clone)]
-pub struct Simulation<R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>> {
+pub struct Simulation<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> {
     /// Points, grid and deposits.
     pub partition: Partition<R, D, M::State>,
     /// Shape function.
@@ -51,10 +50,8 @@ pub struct Simulation<R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>> {
     pub model: M,
     /// The tool.
     pub tool: RigidTool,
-    /// Contact at the points.
-    pub surface_contact: SurfaceContact,
-    /// Contact at shared nodes, under the paper's own laws.
-    pub nodal_contact: NodalContact,
+    /// How workpiece and tool act on each other.
+    pub contact: BoxedLaw<R, D, F, M::State>,
     /// Whether contact gives its friction heat by node (`NodalImpulses::friction_heat`); not to begin with.
     pub wants_friction_heat: bool,
     /// Gravity or another body force; none to begin with.
@@ -78,8 +75,9 @@ pub struct Simulation<R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>> {
 impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Simulation<R, D, F, M> {
     /// Mass of a node that is left out, over that of the lightest point (-).
     ///
-    /// Weight falls with the square of a point's reach into a node's cell and force only with the reach: a node left
-    /// out at the square of the rounding error of a point's mass takes a rounding error of its force out of the balance.
+    /// Weight falls with the square of a point's reach into a node's cell and force only with the reach: a
+    /// node left out at the square of the rounding error of a point's mass takes a rounding error of its
+    /// force out of the balance.
     const NEGLIGIBLE: f64 = if R::IS_SINGLE { 1e-14 } else { 1e-24 };
 
     /// A simulation of sorted points at rest or in motion; deposits them for the first substep.
@@ -87,6 +85,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         partition: Partition<R, D, M::State>,
         (shape, model): (F, M),
         tool: RigidTool,
+        contact: BoxedLaw<R, D, F, M::State>,
         options: Options,
     ) -> Self {
         let density = model.density();
@@ -108,8 +107,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             null_space_velocities: 0,
             cut_length: 0.0,
             contact_reach: 0.0,
-            contact_areas: [0.0; 2],
-            touches: [false; 2],
+            contact_areas: ContactAreas::default(),
+            touches: Touches::default(),
             distance_since_contact: 0.0,
             window: None,
             tail: TailMotion::at_rest(0.0),
@@ -124,8 +123,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             shape,
             model,
             tool,
-            surface_contact: SurfaceContact::default(),
-            nodal_contact: NodalContact::default(),
+            contact,
             wants_friction_heat: false,
             body_force: None,
             options,
@@ -173,17 +171,14 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         self.partition.exchange_deposits();
     }
 
-    /// What all nodes share in a substep of `dt` (s).
-    fn nodes_step(&self, dt: f64) -> NodesStep<'_> {
-        NodesStep {
-            layout: &self.partition.layout,
-            contact: self.options.contact,
-            tool: &self.tool,
-            lightest: self.lightest,
-            share_per_mass: self.shape.steepness() / self.lightest_point(),
-            body_force: self.body_force.as_deref(),
+    /// What points, nodes and contact share in a substep of `dt` (s).
+    fn step_context(&self, dt: f64) -> StepContext {
+        StepContext {
             time: self.progress.clock,
             dt,
+            lightest: self.lightest,
+            share_per_mass: self.shape.steepness() / self.lightest_point(),
+            body_force: self.body_force.clone(),
             is_affine: M::State::IS_AFFINE,
             instructions: self.options.instructions,
         }
@@ -194,11 +189,12 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         &mut self,
         dt: f64,
         parallel: bool,
-        work: impl Fn(&mut Chunk<R, D, M::State>, &mut ChunkNodes<R>, &mut NodeRun<R>, &Substep<'_, F, M>) + Sync,
+        work: impl Fn(&mut Chunk<R, D, M::State>, &mut ChunkNodes<R>, &mut NodeRun<R>, &PointsStep<'_, F, M>)
+        + Sync,
     ) {
+        let step = self.step_context(dt);
         let Partition { layout, chunks, nodes, outgoing, .. } = &mut self.partition;
-        let (shape, model, instructions) = (&self.shape, &self.model, self.options.instructions);
-        let common = Substep { layout, shape, model, dt, instructions };
+        let common = PointsStep { layout, shape: &self.shape, model: &self.model, step: &step };
         let triples =
             chunks.iter_mut().zip(nodes).zip(outgoing).map(|((chunk, nodes), out)| (chunk, nodes, out));
         if parallel {
@@ -217,8 +213,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         self.lightest / Self::NEGLIGIBLE
     }
 
-    /// Contact and momentum equation on the nodes for a substep of `dt` (s), or of as many halves of it as keep the
-    /// points' motion within bounds; gives the length kept.
+    /// Contact and momentum equation on the nodes for a substep of `dt` (s), or of as many halves of it as
+    /// keep the points' motion within bounds; gives the length kept.
     fn update_grid(&mut self, mut dt: f64, parallel: bool) -> Result<f64, Error> {
         for retry in 0.. {
             self.move_nodes(dt, parallel);
@@ -255,13 +251,11 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         let contact = self.touched().sums;
         let (mut travel, mut volume_ratio) = (0.0_f64, 0.0_f64);
         let friction_before = self.progress.ledger.friction_work;
-        let (mut touches, mut contact_reach) = (contact.touches, contact.contact_reach);
+        let (touches, contact_reach) = (contact.touches, contact.contact_reach);
         self.progress.ledger.add(&contact, &PassSums::default());
         let Partition { chunks, nodes, .. } = &self.partition;
         for (Chunk { sums: points, .. }, ChunkNodes { sums: nodes, .. }) in chunks.iter().zip(nodes) {
             self.progress.ledger.add(nodes, points);
-            touches |= nodes.touches;
-            contact_reach = contact_reach.max(nodes.contact_reach);
             travel = travel.max(points.travel);
             volume_ratio = volume_ratio.max(points.volume_ratio);
         }
@@ -273,10 +267,9 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         step_bounds::check_motion((self.progress.clock, dt), (travel, cell), sound, finite)?;
         let progress = &mut self.progress;
         progress.contact_reach = contact_reach;
-        for (total, area) in progress.contact_areas.iter_mut().zip(contact.contact_areas) {
-            *total += dt * area;
-        }
-        progress.touches = [touches, touches || progress.touches[1]];
+        progress.contact_areas.all += dt * contact.contact_areas.all;
+        progress.contact_areas.sticking += dt * contact.contact_areas.sticking;
+        progress.touches = Touches { now: touches, ever: touches || progress.touches.ever };
         let [x, y] = self.tool.velocity;
         let way = dt * x.hypot(y);
         if touches {
@@ -288,9 +281,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         progress.fastest = travel * cell / dt;
         progress.volume_ratio = volume_ratio;
         progress.travel += travel;
-        let moved = std::f64::consts::SQRT_2 * travel + way / cell;
-        self.surface_contact.note_motion(moved);
-        self.nodal_contact.note_motion(moved);
+        self.contact.note_motion(std::f64::consts::SQRT_2 * travel + way / cell);
         progress.travel_unseen += travel;
         progress.travel_uncontrolled += travel;
         Ok(())
@@ -325,15 +316,14 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         }
         self.partition.sort(retire, parallel);
         self.progress.travel = 0.0;
-        self.surface_contact.note_sort();
-        self.nodal_contact.note_sort();
+        self.contact.note_sort();
         self.null_space_filter.make_room(self.partition.layout.nodes());
         self.deposit(parallel);
     }
 
-    /// By how much (m/s) a point's velocity may differ from its nodes' at the end of this substep, if it is time to look: each
-    /// time the points have moved by the interval of `stabilization::null_space_filter`. With scaled mass it is the bound of
-    /// the true density: σ_y/(ρ c) goes with the inverse root of ρ.
+    /// By how much (m/s) a point's velocity may differ from its nodes' at the end of this substep, if it is
+    /// time to look: each time the points have moved by the interval of `stabilization::null_space_filter`.
+    /// With scaled mass it is the bound of the true density: σ_y/(ρ c) goes with the inverse root of ρ.
     fn outlier_bound(&mut self) -> Option<f64> {
         if self.progress.travel_unseen <= null_space_filter::INTERVAL {
             return None;
@@ -342,7 +332,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         Some(self.model.yield_speed() * self.progress.mass_factor.sqrt()).filter(|bound| bound.is_finite())
     }
 
-    /// Brings velocities back that the grid cannot see; returns whether there are so many that the run may have gone wrong.
+    /// Brings velocities back that the grid cannot see; returns whether there are so many that the run may
+    /// have gone wrong.
     fn filter_null_space(&mut self, parallel: bool) -> bool {
         let density = self.model.density();
         let (count, taken) =
@@ -407,10 +398,6 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
         &self.tool
     }
 
-    fn cost(&self) -> (usize, u32) {
-        if self.acts_on_nodes() { (self.nodal_contact.count(), 0) } else { self.surface_contact.cost() }
-    }
-
     fn points(&self) -> usize {
         self.partition.points().count()
     }
@@ -455,7 +442,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
 
     fn state_bytes(&self) -> StateBytes {
         let mut bulk = self.partition.state_bytes();
-        self.surface_contact.save(&mut bulk);
+        self.contact.save(&mut bulk);
         bulk
     }
 
@@ -465,8 +452,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
         }
         let mut reader = bulk.reader();
         self.partition.restore(&mut reader)?;
-        self.surface_contact.restore(&mut reader)?;
-        self.nodal_contact.note_sort();
+        self.contact.restore(&mut reader)?;
         reader.finish()?;
         if progress.heat.tool.len() != self.progress.heat.tool.len() {
             return Err(Error::DamagedState("its tool does not fit this scene".into()));

@@ -1,6 +1,5 @@
 //! What a simulation is told beside its scene's bodies: numbers, and which optional passes run.
 
-use crate::contact::Contact;
 use crate::simd::InstructionSet;
 use crate::speedups::active_window::ActiveWindow;
 use crate::speedups::mass_scaling::MassScaling;
@@ -13,12 +12,8 @@ pub struct Options {
     pub courant: f64,
     /// Instruction set of the kernels.
     pub instructions: InstructionSet,
-    /// Contact law.
-    pub contact: Contact,
     /// How deep the plane is that points' volumes are for (m); says nothing in space.
     pub depth: f64,
-    /// Whether the material's shear strength caps friction (`contact::sticking`).
-    pub sticking: bool,
     /// Whether deviations of volume ratios are limited (`stabilization::volumetric_locking`).
     pub locking_control: bool,
     /// Mass scaling, if the scene names it.

@@ -7,6 +7,7 @@ use crate::error::Error;
 use crate::grid::Layout;
 use crate::heat::HeatTotals;
 use crate::material::PointReport;
+use crate::partition::nodes::ContactAreas;
 use crate::points::{Block, PointState};
 use crate::simd::Real;
 use crate::speedups::active_window::WindowBounds;
@@ -43,10 +44,10 @@ pub struct Progress {
     pub cut_length: f64,
     /// Furthest contact along the rake face in the last substep (m).
     pub contact_reach: f64,
-    /// Areas of contact, and of the part that sticks, over time (m2 s); see `NodeSums::contact_areas`.
-    pub contact_areas: [f64; 2],
-    /// Whether the tool touched the workpiece in the last substep, and ever.
-    pub touches: [bool; 2],
+    /// Areas of contact over time (m2 s); see `NodeSums::contact_areas`.
+    pub contact_areas: ContactAreas,
+    /// When the tool touched the workpiece.
+    pub touches: Touches,
     /// Way of the tool since it last touched the workpiece (m).
     pub distance_since_contact: f64,
     /// Where the active window stands, if there is one.
@@ -59,6 +60,15 @@ pub struct Progress {
     pub ledger: Ledger,
     /// Conduction's clock and totals.
     pub heat: HeatTotals,
+}
+
+/// Whether the tool touched the workpiece.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Touches {
+    /// In the last substep.
+    pub now: bool,
+    /// In any since the start.
+    pub ever: bool,
 }
 
 /// The tool's motion and friction over the next substep.
@@ -130,10 +140,6 @@ pub trait Solver: Send {
 
     /// Memory of one point's state (bytes).
     fn bytes_per_point(&self) -> usize;
-
-    /// Points (or nodes, under a law that acts on them) that touched the tool in the last substep, and sweeps that their
-    /// contact took.
-    fn cost(&self) -> (usize, u32);
 
     /// Lets the mass follow the tool's speed (m/s) before a substep, where the scene scales it.
     fn scale_mass(&mut self, speed: f64);

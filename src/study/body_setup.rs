@@ -1,6 +1,6 @@
 //! Bodies of any outline and material on a grid, built without a scene.
 
-use crate::contact::Contact;
+use crate::contact::{self, BoxedLaw, NodesInside};
 use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;
 use crate::grid::{FixedNodes, Layout};
@@ -9,9 +9,9 @@ use crate::material::effects::{Adiabatic, Softening};
 use crate::material::j2_plasticity::J2Plasticity;
 use crate::material::rate::RateDependent;
 use crate::partition::Partition;
-use crate::points::{BLOCK, Block};
-use crate::scene::{Constants, Scene};
-use crate::simd::InstructionSet;
+use crate::points::{BLOCK, Block, PointState};
+use crate::scene::{Constants, ContactChoice, Scene};
+use crate::simd::{InstructionSet, Real};
 use crate::simulation::{Options, PointView, Simulation, Solver, ToolMotion};
 use crate::tool::RigidTool;
 use crate::tool::profile::ToolShape;
@@ -50,6 +50,31 @@ pub fn steel(c: &Constants) -> Steel {
     };
     let thermal = Adiabatic::new(c.taylor_quinney, c.density * c.specific_heat, ROOM, softening);
     J2Plasticity::new(c, rate, thermal)
+}
+
+/// A contact law of scenes, or the plain one of tests.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contact {
+    /// Points, where their edge meets the tool's exact surface.
+    Surface,
+    /// Nodes shared with a tool made of points that is close: the paper's eqs. 19 to 23.
+    Distance,
+    /// Nodes shared with a tool made of points: eq. 18.
+    Velocity,
+    /// Nodes that lie inside the tool and move into it.
+    NodesInside,
+}
+
+impl Contact {
+    /// The law, for a simulation's `contact`.
+    pub fn law<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>>(self) -> BoxedLaw<R, D, F, S> {
+        match self {
+            Contact::Surface => contact::law(ContactChoice::Surface, false),
+            Contact::Distance => contact::law(ContactChoice::Distance, false),
+            Contact::Velocity => contact::law(ContactChoice::Velocity, false),
+            Contact::NodesInside => Box::new(NodesInside::default()),
+        }
+    }
 }
 
 /// A point to be placed.
@@ -149,16 +174,15 @@ impl BodySetup {
         let options = Options {
             courant: self.courant,
             instructions: InstructionSet::detect(),
-            contact: Contact::Surface,
             depth: 1.0,
-            sticking: false,
             locking_control: self.locking_control,
             mass_scaling: None,
             window: None,
             chip_tail: None,
         };
         let partition = Partition::new(layout, self.fixed.clone(), blocks);
-        Simulation::new(partition, (shape, model), tool, options)
+        let contact = contact::law(ContactChoice::Surface, false);
+        Simulation::new(partition, (shape, model), tool, contact, options)
     }
 }
 

@@ -3,7 +3,7 @@
 // Each test file uses its own part of this module.
 #![allow(dead_code)]
 
-use swarf::contact::Contact;
+use swarf::contact;
 use swarf::dimension::Dimension;
 use swarf::grid::shape_function::ShapeFunction;
 use swarf::grid::{FixedNodes, Layout};
@@ -13,7 +13,7 @@ use swarf::material::rate::RateDependent;
 use swarf::material::{ConstitutiveModel, StepSums};
 use swarf::partition::Partition;
 use swarf::points::{BLOCK, Block};
-use swarf::scene::{Constants, Scene};
+use swarf::scene::{Constants, ContactChoice, Scene};
 use swarf::simd::{InstructionSet, Kernel, Real, Simd, Vector, dispatch};
 use swarf::simulation::{Options, PointView, Simulation, Solver, ToolMotion};
 use swarf::tool::RigidTool;
@@ -208,13 +208,12 @@ impl Lattice {
             partition,
             (shape, model),
             tool,
+            contact::law(ContactChoice::Surface, false),
             // Exact solutions are compared without the locking control (tests/locking.rs).
             Options {
                 courant: self.courant,
                 instructions: InstructionSet::detect(),
-                contact: Contact::Surface,
                 depth: 1.0,
-                sticking: false,
                 locking_control: false,
                 mass_scaling: None,
                 window: None,

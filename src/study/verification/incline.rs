@@ -10,12 +10,13 @@
 
 use super::Report;
 use super::report::{line, panel};
-use crate::contact::Contact;
 use crate::dimension::PlaneStrain;
 use crate::grid::shape_function::Gimp;
 use crate::scene::Constants;
 use crate::simulation::{PointView, Solver, ToolMotion};
-use crate::study::body_setup::{BodySetup, Seed, lattice, never_yielding, points, steel, steel_4340, total};
+use crate::study::body_setup::{
+    BodySetup, Contact, Seed, lattice, never_yielding, points, steel, steel_4340, total,
+};
 use crate::tool::RigidTool;
 use crate::tool::profile::ToolShape;
 use std::f64::consts::TAU;
@@ -152,7 +153,7 @@ impl Incline {
         let drive = ToolMotion { velocity: [0.0; 2], friction: self.friction };
         let mut outcome = Outcome { exact, ..Outcome::default() };
         let mut next = 0.0;
-        solver.options.contact = self.contact;
+        solver.contact = self.contact.law();
         while solver.progress().clock < END {
             solver.step(&drive, false).expect("a stable step");
             let time = solver.progress().clock;
@@ -189,7 +190,7 @@ impl Incline {
             |_, _, _| {},
         );
         let drive = ToolMotion { velocity: [0.0; 2], friction: self.friction };
-        solver.options.contact = self.contact;
+        solver.contact = self.contact.law();
         for _ in 0..1_000_000 {
             let gap = points(&solver)
                 .iter()

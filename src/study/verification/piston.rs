@@ -13,7 +13,6 @@
 
 use super::Report;
 use super::report::{line, panel};
-use crate::contact::Contact;
 use crate::dimension::PlaneStrain;
 use crate::grid::FixedNodes;
 use crate::grid::shape_function::Gimp;
@@ -21,7 +20,7 @@ use crate::material::ConstitutiveModel;
 use crate::scene::Constants;
 use crate::simulation::{PointView, Solver, ToolMotion};
 use crate::study::body_setup::{
-    self, BodySetup, Seed, lattice, perfectly_plastic, points, steel, steel_4340, total,
+    self, BodySetup, Contact, Seed, lattice, perfectly_plastic, points, steel, steel_4340, total,
 };
 use crate::tool::RigidTool;
 
@@ -178,7 +177,7 @@ pub fn run_with<M: ConstitutiveModel<f64, PlaneStrain>>(
     let drive = ToolMotion { velocity: [flight - SPEED, 0.0], friction: 0.0 };
     let end = 0.85 * LENGTH / exact.elastic_front;
     let (mut force, mut last) = (Vec::new(), (0.0, 0.0));
-    bar.options.contact = if points_touch { Contact::Surface } else { Contact::NodesInside };
+    bar.contact = if points_touch { Contact::Surface } else { Contact::NodesInside }.law();
     while bar.progress().clock < end {
         bar.step(&drive, false).expect("a stable step");
         let (time, impulse) = (bar.progress().clock, bar.progress().ledger.tool_impulse[0]);

@@ -8,13 +8,14 @@
 
 use super::Report;
 use super::report::{line, panel};
-use crate::contact::Contact;
 use crate::dimension::PlaneStrain;
 use crate::grid::FixedNodes;
 use crate::grid::shape_function::Gimp;
 use crate::scene::Constants;
 use crate::simulation::{PointView, Solver, ToolMotion};
-use crate::study::body_setup::{self, BodySetup, lattice, perfectly_plastic, points, steel, steel_4340};
+use crate::study::body_setup::{
+    self, BodySetup, Contact, lattice, perfectly_plastic, points, steel, steel_4340,
+};
 use crate::tool::RigidTool;
 use std::f64::consts::PI;
 
@@ -72,7 +73,7 @@ pub fn run(cells: i32, points_touch: bool, locking_control: bool, settlement: f6
     let limit = (2.0 + PI) * YIELD_STRESS / 3_f64.sqrt();
     let end = settlement * HALF_WIDTH;
     let (mut way, mut last, mut history) = (0.0, (0.0, 0.0, 0.0), Vec::new());
-    body.options.contact = if points_touch { Contact::Surface } else { Contact::NodesInside };
+    body.contact = if points_touch { Contact::Surface } else { Contact::NodesInside }.law();
     while way < end {
         let time = body.progress().clock;
         // Full speed after a tenth of the way: x = v²/(2 a).
