@@ -260,7 +260,7 @@ mod tests {
     fn both_laws_of_one_source_agree_in_the_range_of_its_tests() {
         let c = steel();
         let law = ZerilliArmstrong::<f64>::full(&c, 298.15);
-        for strain in [0.05, 0.1, 0.2, 0.3] {
+        for strain in [0.05, 0.1, 0.2, 0.3_f64] {
             for (rate, temperature) in [(1.0, 298.15), (7.5e3, 298.15), (7.5e3, 573.15), (7.5e3, 873.15)] {
                 let homologous = (temperature - c.reference_temperature)
                     / (c.melting_temperature - c.reference_temperature);

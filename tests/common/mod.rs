@@ -19,6 +19,7 @@ use swarf::tool::RigidTool;
 use swarf::tool::profile::ToolShape;
 
 // The steel of the studies is the steel of the tests and benches.
+#[allow(unused_imports)]
 pub use swarf::study::body_setup::{ROOM, SteelIn, never_yielding, steel, steel_4340};
 
 /// State of the full Johnson–Cook model with rate and adiabatic heat.
