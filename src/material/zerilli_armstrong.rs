@@ -255,7 +255,8 @@ mod tests {
     }
 
     /// The set is of the same tests as the library's Johnson–Cook set of the material (Jaspers and Dautzenberg), so in the
-    /// range of these, split Hopkinson bars, both laws must tell about the same stress; a slip of a digit would not.
+    /// range of these both laws must tell about the same stress: within 1 % slow and cold, where both were fitted to one
+    /// curve, within 20 % in the split Hopkinson bars. A slip of a digit would not.
     #[test]
     fn both_laws_of_one_source_agree_in_the_range_of_its_tests() {
         let c = steel();
@@ -269,7 +270,7 @@ mod tests {
                     * (1.0 - homologous.powf(c.thermal_exponent));
                 let stress = first(slopes::<Double, _>(&law, At { strain, rate, temperature }).flow.stress);
                 assert!(
-                    (stress / other - 1.0).abs() < 0.2,
+                    (stress / other - 1.0).abs() < if rate == 1.0 { 0.01 } else { 0.2 },
                     "{stress:e} Pa at strain {strain}, {rate} 1/s, {temperature} K; Johnson and Cook {other:e} Pa"
                 );
             }
