@@ -50,10 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             _ => return Err(format!("{word}: unknown").into()),
         }
     }
-    let law = match scene.material.law {
-        Law::JohnsonCook => "johnson_cook",
-        Law::JohnsonCookTanh => "johnson_cook_tanh",
-    };
+    let law = scene.material.law.name();
     let name = format!("{law}{}", if scene.effects.damage { "_damage" } else { "" });
     let mut session = Session::new(&scene, 0.0)?;
     println!("{}", session.effects_summary());

@@ -6,10 +6,9 @@ use common::{ROOM, Random, steel, steel_4340};
 use swarf::dimension::PlaneStrain;
 use swarf::grid::shape_function::Gimp;
 use swarf::material::damage::{JohnsonCookDamage, Progress};
-use swarf::material::effects::{Adiabatic, Softening, Temperature};
-use swarf::material::hardening::PowerLaw;
+use swarf::material::effects::Temperature;
 use swarf::material::j2_plasticity::{J2Plasticity, State};
-use swarf::material::rate::RateDependent;
+use swarf::material::multiplicative::JohnsonCook;
 use swarf::material::{ConstitutiveModel, StepSums};
 use swarf::points::{BLOCK, PointState};
 use swarf::scene::Constants;
@@ -17,20 +16,12 @@ use swarf::simd::{InstructionSet, Kernel, Simd, Vector, dispatch};
 use swarf::simulation::Solver;
 use swarf::study::body_setup::{self, BodySetup, NO_DRIVE, distant_tool, lattice, points, total};
 
-type Damaged =
-    J2Plasticity<f64, RateDependent<f64>, Adiabatic<f64, true>, PowerLaw<f64>, JohnsonCookDamage<f64>>;
+type Damaged = J2Plasticity<f64, JohnsonCook<f64>, JohnsonCookDamage<f64>>;
 type Point = State<f64, PlaneStrain, Temperature<f64>, Progress<f64>>;
 
 /// Steel that separates over `length` (m).
 fn damaged(c: &Constants, length: f64) -> Damaged {
-    let rate = RateDependent { coefficient: c.rate_coefficient, reference: c.reference_rate };
-    let softening = Softening {
-        exponent: c.thermal_exponent,
-        reference: c.reference_temperature,
-        melting: c.melting_temperature,
-    };
-    let thermal = Adiabatic::new(c.taylor_quinney, c.density * c.specific_heat, ROOM, softening);
-    J2Plasticity::with(c, rate, thermal, JohnsonCookDamage::new(c, length, true, true))
+    J2Plasticity::with(c, JohnsonCook::full(c, ROOM), JohnsonCookDamage::new(c, length, true, true))
 }
 
 /// Neither hardening nor rate nor heat in the flow stress, so that it stays where it is.

@@ -132,13 +132,17 @@ fn effects(scene: Scene) -> impl Strategy<Value = Scene> {
 /// Takes out of a scene what does not go together, and brings its block into bounds.
 fn fit(scene: &mut Scene) {
     let Scene { workpiece, effects, numerics, material, .. } = scene;
-    let is_tanh =
-        material.law == Law::JohnsonCookTanh && ["Ti-6Al-4V", "custom"].contains(&material.name.as_str());
-    material.law = if is_tanh { Law::JohnsonCookTanh } else { Law::JohnsonCook };
-    effects.thermal_softening |= is_tanh;
+    material.law = match (material.law, material.name.as_str()) {
+        (Law::JohnsonCookTanh, "Ti-6Al-4V" | "custom") => Law::JohnsonCookTanh,
+        (Law::JohnsonCookTanh | Law::ZerilliArmstrong, "AISI 1045") => Law::ZerilliArmstrong,
+        _ => Law::JohnsonCook,
+    };
+    let is_other_law = material.law != Law::JohnsonCook;
+    effects.thermal_softening |= is_other_law;
+    effects.damage &= material.law != Law::ZerilliArmstrong;
     effects.thermal_expansion &= effects.heat != Heat::None && !effects.damage;
-    effects.artificial_viscosity &= !is_tanh && !effects.damage;
-    let is_plain = !(is_tanh || effects.damage || effects.artificial_viscosity);
+    effects.artificial_viscosity &= !is_other_law && !effects.damage;
+    let is_plain = !(is_other_law || effects.damage || effects.artificial_viscosity);
     if numerics.shape_function == ShapeChoice::Linear || numerics.transfer == TransferChoice::Apic {
         (numerics.precision, numerics.speed) = (Precision::Double, Speed::Exact);
     }

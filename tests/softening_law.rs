@@ -5,17 +5,16 @@ mod common;
 use common::{PointUpdate, ROOM, Random};
 use swarf::dimension::PlaneStrain;
 use swarf::material::ConstitutiveModel;
-use swarf::material::damage::Undamaged;
-use swarf::material::effects::{Adiabatic, Softening, Temperature};
+use swarf::material::effects::Temperature;
 use swarf::material::hardening::TanhLaw;
 use swarf::material::j2_plasticity::{J2Plasticity, State};
 use swarf::material::library;
-use swarf::material::rate::RateDependent;
+use swarf::material::multiplicative::WithRateAndHeat;
 use swarf::points::{BLOCK, PointState};
 use swarf::scene::Constants;
 use swarf::simd::{InstructionSet, dispatch};
 
-type Titanium = J2Plasticity<f64, RateDependent<f64>, Adiabatic<f64, true>, TanhLaw<f64>>;
+type Titanium = J2Plasticity<f64, WithRateAndHeat<f64, TanhLaw<f64>>>;
 type Point = State<f64, PlaneStrain, Temperature<f64>>;
 
 fn titanium() -> Constants {
@@ -23,14 +22,7 @@ fn titanium() -> Constants {
 }
 
 fn model(c: &Constants) -> Titanium {
-    let rate = RateDependent { coefficient: c.rate_coefficient, reference: c.reference_rate };
-    let softening = Softening {
-        exponent: c.thermal_exponent,
-        reference: c.reference_temperature,
-        melting: c.melting_temperature,
-    };
-    let thermal = Adiabatic::new(c.taylor_quinney, c.density * c.specific_heat, ROOM, softening);
-    J2Plasticity::with(c, rate, thermal, Undamaged)
+    J2Plasticity::new(c, WithRateAndHeat::full(c, ROOM))
 }
 
 /// The law in plain scalar code, without its rate factor (Pa).

@@ -3,6 +3,7 @@
 //! A type parameter of the flow law: what a scene does not name costs no array and no power.
 
 use crate::points::{BLOCK, Column, PointState};
+use crate::scene::Constants;
 use crate::simd::math::pow;
 use crate::simd::{Real, Vector};
 
@@ -72,6 +73,15 @@ pub struct Softening {
 }
 
 impl Softening {
+    /// A material's.
+    pub fn of(constants: &Constants) -> Self {
+        Softening {
+            exponent: constants.thermal_exponent,
+            reference: constants.reference_temperature,
+            melting: constants.melting_temperature,
+        }
+    }
+
     /// S at a temperature (K).
     pub fn factor(&self, temperature: f64) -> f64 {
         let homologous = ((temperature - self.reference) / (self.melting - self.reference)).clamp(0.0, 1.0);
@@ -185,6 +195,11 @@ impl<R: Real, const SOFTENS: bool> Adiabatic<R, SOFTENS> {
             expansion: R::ZERO,
             unstretched: R::from_f64(initial),
         }
+    }
+
+    /// A material that does not expand; `initial` is its temperature at the start (K).
+    pub fn of(c: &Constants, initial: f64) -> Self {
+        Self::new(c.taylor_quinney, c.density * c.specific_heat, initial, Softening::of(c))
     }
 
     /// The same with linear thermal expansion: every length grows by 1 + α (T − T₀) from the temperature at the start.

@@ -1,6 +1,6 @@
-//! How strength grows, and falls, with plastic strain: the laws that `material.law` names.
+//! How strength grows, and falls, with plastic strain in the laws that are a product (`multiplicative`).
 //!
-//! Both are a strength that hardens with strain times a softening factor; rate multiplies either (`effects`):
+//! Both are a strength that hardens with strain times a softening factor; rate multiplies either (`rate`):
 //!
 //! * Johnson and Cook (1983): (A + B ε̄ⁿ) S(T), S = 1 − T*ᵐ;
 //! * Sima and Özel (2010), the "tanh" law for titanium, which softens with strain as well:
@@ -15,6 +15,7 @@
 //! rate the factor of the rate is 1 here, as in the other law; mfree_iwf has (1 + ε̄̇/ε̇₀)^C there.
 
 use super::effects::ThermalEffect;
+use super::flow_law::least;
 use crate::scene::Constants;
 use crate::simd::math::{exp, ln, pow};
 use crate::simd::{Real, Vector};
@@ -147,12 +148,6 @@ impl<R: Real> Hardening<R> for PowerLaw<R> {
             softening_curvature,
         }
     }
-}
-
-/// Least strain that is divided by (-): far below any increment, as the return's last step trusts the slope.
-#[inline(always)]
-pub(super) fn least<V: Vector>() -> V {
-    V::constant(if V::Scalar::IS_SINGLE { 1e-37 } else { 1e-300 })
 }
 
 /// Least tanh that is divided by (-).

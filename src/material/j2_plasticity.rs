@@ -1,24 +1,19 @@
-//! Finite-deformation J2 plasticity with the Johnson–Cook flow stress.
+//! Finite-deformation J2 plasticity with any flow law.
 //!
 //! Elasticity: `elasticity`. With thermal expansion its J is the elastic part, det F over the (1 + α (T − T₀))³ that heat
 //! alone would give; it shrinks whenever the temperature rises, so that points whose temperature stays take no notice.
 //!
-//! Plasticity: the equivalent stress q = √(3/2 s:s) stays below the flow stress (eq. 24 of Ambati et al. 2011)
+//! Plasticity: the equivalent stress q = √(3/2 s:s) stays below the flow stress σ_y(ε̄, ε̄̇, T) (`flow_law`; eq. 24 of
+//! Ambati et al. 2011 for Johnson and Cook's). Radial return: `return_mapping`. Damage, where the scene names it, takes its
+//! share of what the undamaged material would carry (`damage`): the state below is that of the undamaged material.
 //!
-//! σ_y = (A + B ε̄ⁿ) R(ε̄̇) S(T),
-//!
-//! with R = 1 or S = 1 where the scene names no such effect (`effects`), or that of another law of hardening
-//! (`hardening`). Radial return: `return_mapping`. Damage, where the scene names it, takes its share of what the undamaged
-//! material would carry (`damage`): the state below is that of the undamaged material.
-//!
-//! A point keeps the flow stress at rest, (A + B ε̄ⁿ) S(T), so that elastic points only compare with it. Yield and
-//! plastic work are those of the Kirchhoff stress; J differs from one by the elastic change of volume alone.
+//! A point keeps the flow stress at rest, for Johnson and Cook (A + B ε̄ⁿ) S(T), so that elastic points only compare with
+//! it. Yield and plastic work are those of the Kirchhoff stress; J differs from one by the elastic change of volume alone.
 
 use super::damage::{DamageEffect, Undamaged};
 use super::effects::ThermalEffect;
 use super::elasticity::Elasticity;
-use super::hardening::{Hardening, PowerLaw};
-use super::rate::RateEffect;
+use super::flow_law::FlowLaw;
 use super::return_mapping::Return;
 use super::{ConstitutiveModel, PointReport, StepSums};
 use crate::dimension::Dimension;
@@ -26,39 +21,31 @@ use crate::points::{BLOCK, Column, PointState};
 use crate::scene::Constants;
 use crate::simd::{Mask, Real, Vector, inlined};
 
-/// Elastic constants, hardening and effects, as the kernel takes them.
+/// Elastic constants, flow law and damage, as the kernel takes them.
 #[derive(Clone, Copy, Debug)]
-pub struct J2Plasticity<R, Q, T, H = PowerLaw<R>, G = Undamaged> {
+pub struct J2Plasticity<R, L, G = Undamaged> {
     density: f64,
-    pub(super) elasticity: Elasticity<R>,
-    pub(super) hardening: H,
-    pub(super) rate: Q,
-    pub(super) thermal: T,
-    pub(super) damage: G,
+    elasticity: Elasticity<R>,
+    law: L,
+    damage: G,
 }
 
-impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>> J2Plasticity<R, Q, T> {
-    /// The undamaged model of Johnson and Cook's law with the effects a scene names.
-    pub fn new(constants: &Constants, rate: Q, thermal: T) -> Self {
-        Self::with(constants, rate, thermal, Undamaged)
+impl<R: Real, L: FlowLaw<R>> J2Plasticity<R, L> {
+    /// The undamaged model of a material's elasticity and a flow law.
+    pub fn new(constants: &Constants, law: L) -> Self {
+        Self::with(constants, law, Undamaged)
     }
 }
 
-impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageEffect<R>>
-    J2Plasticity<R, Q, T, H, G>
-{
-    /// The model of a material's constants with the effects a scene names.
-    pub fn with(constants: &Constants, rate: Q, thermal: T, damage: G) -> Self {
-        J2Plasticity {
-            density: constants.density,
-            elasticity: Elasticity::new(constants),
-            hardening: H::new(constants),
-            rate,
-            thermal,
-            damage,
-        }
+impl<R: Real, L: FlowLaw<R>, G: DamageEffect<R>> J2Plasticity<R, L, G> {
+    /// The model of a material's elasticity, a flow law and a damage.
+    pub fn with(constants: &Constants, law: L, damage: G) -> Self {
+        J2Plasticity { density: constants.density, elasticity: Elasticity::new(constants), law, damage }
     }
 }
+
+/// What the thermal part of a law keeps of a block.
+type ThermalState<L, R> = <<L as FlowLaw<R>>::Thermal as ThermalEffect<R>>::State;
 
 /// State of a block of points.
 #[derive(Clone, Debug)]
@@ -69,7 +56,7 @@ pub struct State<R: Real, D: Dimension, T, G = ()> {
     pub deviator: D::Deviator<Column<R>>,
     /// Equivalent plastic strain ε̄ (-).
     pub plastic_strain: Column<R>,
-    /// Flow stress at rest, (A + B ε̄ⁿ) S(T) (Pa).
+    /// Flow stress at rest (Pa).
     pub yield_stress: Column<R>,
     /// What the thermal effect keeps.
     pub thermal: T,
@@ -114,10 +101,10 @@ impl<R: Real, D: Dimension, T: PointState<R>, G: PointState<R>> PointState<R> fo
     }
 }
 
-impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageEffect<R>>
-    ConstitutiveModel<R, D> for J2Plasticity<R, Q, T, H, G>
+impl<R: Real, D: Dimension, L: FlowLaw<R>, G: DamageEffect<R>> ConstitutiveModel<R, D>
+    for J2Plasticity<R, L, G>
 {
-    type State = State<R, D, T::State, G::State>;
+    type State = State<R, D, ThermalState<L, R>, G::State>;
 
     fn density(&self) -> f64 {
         self.density
@@ -132,12 +119,12 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<
     }
 
     fn yield_volume_strain(&self) -> f64 {
-        (self.hardening.yield_stress() / self.elasticity.bulk_modulus).to_f64()
+        (self.law.yield_stress() / self.elasticity.bulk_modulus).to_f64()
     }
 
     fn yield_speed(&self) -> f64 {
         let impedance = self.density * self.elasticity.sound_speed(1.0, self.density);
-        self.hardening.yield_stress().to_f64() / impedance
+        self.law.yield_stress().to_f64() / impedance
     }
 
     /// At rest, or the equivalent stress where that is higher: a point that yields stands at its flow stress, rate included.
@@ -155,9 +142,9 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<
         for component in 0..D::DEVIATOR {
             state.deviator[component][lane] = R::ZERO;
         }
-        state.yield_stress[lane] = self.flow_stress_at_rest(R::ZERO, temperature);
+        state.yield_stress[lane] = self.law.at_rest(R::ZERO, temperature);
         self.damage.place(&mut state.damage, lane);
-        self.thermal.place(&mut state.thermal, lane, temperature);
+        self.law.thermal().place(&mut state.thermal, lane, temperature);
     }
 
     #[inline(always)]
@@ -194,7 +181,9 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<
             let strain = D::double_contraction(&increment.deviatoric_strain);
             let start = V::constant(1.5) * D::double_contraction(&turned);
             let factor = V::outlined(Return {
-                law: self,
+                elasticity: &self.elasticity,
+                law: &self.law,
+                damage_law: &self.damage,
                 lane,
                 plastic_strain: &mut state.plastic_strain,
                 yield_stress: &mut state.yield_stress,
@@ -209,7 +198,7 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<
                 totals,
             });
             s = inlined!(D::deviator, |component| s[component] * factor);
-            if self.thermal.expands() {
+            if self.law.thermal().expands() {
                 jacobian = V::load(&state.jacobian[lane..]);
             }
         }
@@ -235,26 +224,26 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<
     }
 
     fn temperature(&self, state: &Self::State, lane: usize) -> f64 {
-        self.thermal.temperature(&state.thermal, lane)
+        self.law.thermal().temperature(&state.thermal, lane)
     }
 
     fn present_volume_ratio(&self, state: &Self::State, lane: usize) -> f64 {
-        let temperature = self.thermal.temperature(&state.thermal, lane);
-        state.jacobian[lane].to_f64() * self.thermal.thermal_volume_ratio(temperature)
+        let temperature = self.law.thermal().temperature(&state.thermal, lane);
+        state.jacobian[lane].to_f64() * self.law.thermal().thermal_volume_ratio(temperature)
     }
 
     fn expands(&self) -> bool {
-        self.thermal.expands()
+        self.law.thermal().expands()
     }
 
     fn set_temperature(&self, state: &mut Self::State, lane: usize, temperature: f64) -> f64 {
         let ratio = |state: &Self::State| {
-            self.thermal.thermal_volume_ratio(self.thermal.temperature(&state.thermal, lane))
+            self.law.thermal().thermal_volume_ratio(self.law.thermal().temperature(&state.thermal, lane))
         };
         let old = ratio(state);
-        self.thermal.place(&mut state.thermal, lane, temperature);
-        state.yield_stress[lane] = self.flow_stress_at_rest(state.plastic_strain[lane], temperature);
-        if !self.thermal.expands() {
+        self.law.thermal().place(&mut state.thermal, lane, temperature);
+        state.yield_stress[lane] = self.law.at_rest(state.plastic_strain[lane], temperature);
+        if !self.law.thermal().expands() {
             return 0.0;
         }
         let elastic = state.jacobian[lane].to_f64() * old / ratio(state);
@@ -263,8 +252,8 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<
 
     fn report(&self, state: &Self::State, lane: usize) -> PointReport {
         let j = state.jacobian[lane].to_f64();
-        let (temperature, heat) = self.thermal.report(&state.thermal, lane);
-        let total = j * self.thermal.thermal_volume_ratio(temperature);
+        let (temperature, heat) = self.law.thermal().report(&state.thermal, lane);
+        let total = j * self.law.thermal().thermal_volume_ratio(temperature);
         let s = D::deviator(|component| state.deviator[component][lane].to_f64());
         let (bulk, shear) = (self.elasticity.bulk_modulus.to_f64(), self.elasticity.shear_modulus.to_f64());
         let damage = self.damage.report(&state.damage, lane);
@@ -292,20 +281,12 @@ impl<R: Real, D: Dimension, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<
     }
 }
 
-impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageEffect<R>>
-    J2Plasticity<R, Q, T, H, G>
-{
-    /// Flow stress at rest (Pa) at a plastic strain ε̄ (-) and a temperature (K).
-    fn flow_stress_at_rest(&self, plastic_strain: R, temperature: f64) -> R {
-        let softening = R::from_f64(self.thermal.static_factor(temperature));
-        self.hardening.at_rest(plastic_strain, temperature, softening)
-    }
-
+impl<R: Real, L: FlowLaw<R>, G: DamageEffect<R>> J2Plasticity<R, L, G> {
     /// Kirchhoff stress (Pa) that points `lane..` carry of the undamaged deviator `s` (Pa) at their volume ratio.
     #[inline(always)]
     fn carried<D: Dimension, V: Vector<Scalar = R>>(
         &self,
-        state: &State<R, D, T::State, G::State>,
+        state: &State<R, D, ThermalState<L, R>, G::State>,
         lane: usize,
         s: &D::Deviator<V>,
         jacobian: V,
@@ -316,14 +297,22 @@ impl<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>, H: Hardening<R>, G: DamageE
     }
 
     /// Elastic energy (J/m3) of a point's change of volume.
-    fn volume_energy<D: Dimension>(&self, state: &State<R, D, T::State, G::State>, lane: usize) -> f64 {
+    fn volume_energy<D: Dimension>(
+        &self,
+        state: &State<R, D, ThermalState<L, R>, G::State>,
+        lane: usize,
+    ) -> f64 {
         let j = state.jacobian[lane].to_f64();
         let left = if j > 1.0 { 1.0 - self.damage.report(&state.damage, lane) } else { 1.0 };
         left * self.elasticity.volume_energy(j)
     }
 
     /// Whether a point carries nothing but pressure.
-    fn has_failed<D: Dimension>(&self, state: &State<R, D, T::State, G::State>, lane: usize) -> bool {
+    fn has_failed<D: Dimension>(
+        &self,
+        state: &State<R, D, ThermalState<L, R>, G::State>,
+        lane: usize,
+    ) -> bool {
         self.damage.report(&state.damage, lane) >= 1.0
     }
 }

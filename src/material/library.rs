@@ -1,8 +1,8 @@
 //! Library of materials: constants by name, each group with its source, and the rule that joins them with a scene.
 //!
 //! The file `resources/materials.toml` is compiled in; the FMU carries the same file in its resources. A material has
-//! four groups of constants (elastic, flow, thermal, damage), each with a `source`, may have a fifth for the law
-//! `johnson_cook_tanh`, and no other keys.
+//! four groups of constants (elastic, flow, thermal, damage), each with a `source`, may have one more for each of the laws
+//! `johnson_cook_tanh` (`tanh`) and `zerilli_armstrong`, and no other keys.
 //!
 //! An importer may write every start value back before it initialises the FMU, so a scene that names a material of the
 //! library holds either the start values of the constants or what the user set. The rule of [`resolve`]: with a name of
@@ -14,7 +14,7 @@ use std::sync::LazyLock;
 use serde::Deserialize;
 
 use crate::error::Error;
-use crate::scene::{Constants, Law, Material, Scene};
+use crate::scene::{Constants, Law, Material, Scene, ZerilliArmstrong};
 
 /// Name of the material whose constants are taken from the scene.
 pub const CUSTOM: &str = "custom";
@@ -31,8 +31,8 @@ pub struct Entry {
     pub name: String,
     /// The constants, in SI units.
     pub constants: Constants,
-    /// Whether it has the constants of `johnson_cook_tanh`; A, B, n, C and m are the same for both laws.
-    pub has_tanh: bool,
+    /// Laws that it has the constants of; A, B, n, C and m are the same for Johnson and Cook's and its tanh form.
+    pub laws: Vec<Law>,
     /// Where the constants come from, group by group.
     pub source: String,
 }
@@ -63,10 +63,12 @@ pub fn resolve(material: &Material) -> Result<Constants, Error> {
             allowed,
         });
     };
-    if material.law == Law::JohnsonCookTanh && !entry.has_tanh {
-        let having = entries().iter().filter(|entry| entry.has_tanh).map(|entry| entry.name.as_str());
+    if !entry.laws.contains(&material.law) {
+        let having = entries().iter().filter(|entry| entry.laws.contains(&material.law));
+        let having = having.map(|entry| entry.name.as_str());
         return Err(Error::Inconsistent(format!(
-            "material.law = johnson_cook_tanh has no constants for material.name = {}; allowed: {}",
+            "material.law = {} has no constants for material.name = {}; allowed: {}",
+            material.law.name(),
             entry.name,
             having.chain([CUSTOM]).collect::<Vec<_>>().join(", ")
         )));
@@ -125,7 +127,7 @@ pub fn parse(text: &str) -> Result<Vec<Entry>, Error> {
 type Value = (&'static str, &'static str, f64);
 
 /// Every constant with the name and unit its user knows.
-fn values(constants: &Constants) -> [Value; 26] {
+fn values(constants: &Constants) -> [Value; 32] {
     // Taken apart, so that a new constant cannot be forgotten here.
     let Constants {
         density,
@@ -146,6 +148,7 @@ fn values(constants: &Constants) -> [Value; 26] {
         damage: [d1, d2, d3, d4, d5],
         fracture_energy,
         tanh: [tanh_a, tanh_b, tanh_c, tanh_d, tanh_s],
+        zerilli_armstrong: ZerilliArmstrong { c0, c1, c3, c4, c5, n },
     } = *constants;
     [
         ("density", "kg/m3", density),
@@ -174,6 +177,12 @@ fn values(constants: &Constants) -> [Value; 26] {
         ("tanh_c", "", tanh_c),
         ("tanh_d", "", tanh_d),
         ("tanh_s", "", tanh_s),
+        ("zerilli_armstrong_c0", "Pa", c0),
+        ("zerilli_armstrong_c1", "Pa", c1),
+        ("zerilli_armstrong_c3", "1/K", c3),
+        ("zerilli_armstrong_c4", "1/K", c4),
+        ("zerilli_armstrong_c5", "Pa", c5),
+        ("zerilli_armstrong_n", "", n),
     ]
 }
 
@@ -203,6 +212,7 @@ struct Record {
     thermal: Thermal,
     damage: Damage,
     tanh: Option<Tanh>,
+    zerilli_armstrong: Option<ZerilliArmstrongRecord>,
 }
 
 #[derive(Deserialize)]
@@ -262,10 +272,30 @@ struct Tanh {
     source: String,
 }
 
+/// Zerilli and Armstrong's constants.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ZerilliArmstrongRecord {
+    c0: f64,
+    c1: f64,
+    c3: f64,
+    c4: f64,
+    c5: f64,
+    n: f64,
+    source: String,
+}
+
 impl From<Record> for Entry {
     fn from(record: Record) -> Self {
-        let Record { name, elastic, flow, thermal, damage, tanh } = record;
-        let has_tanh = tanh.is_some();
+        let Record { name, elastic, flow, thermal, damage, tanh, zerilli_armstrong } = record;
+        let mut laws = vec![Law::JohnsonCook];
+        laws.extend(tanh.is_some().then_some(Law::JohnsonCookTanh));
+        laws.extend(zerilli_armstrong.is_some().then_some(Law::ZerilliArmstrong));
+        // A material without a law's constants refuses the law; the start values stand for nothing.
+        let starts = Scene::default().material.constants;
+        let further = |law: &str, source: Option<&String>| {
+            source.map_or(String::new(), |source| format!(" {law}: {source}."))
+        };
         Entry {
             name,
             constants: Constants {
@@ -286,19 +316,20 @@ impl From<Record> for Entry {
                 taylor_quinney: thermal.taylor_quinney,
                 damage: [damage.d1, damage.d2, damage.d3, damage.d4, damage.d5],
                 fracture_energy: damage.fracture_energy,
-                // A material without them refuses the law; the start values stand for nothing.
-                tanh: tanh
-                    .as_ref()
-                    .map_or(Scene::default().material.constants.tanh, |t| [t.a, t.b, t.c, t.d, t.s]),
+                tanh: tanh.as_ref().map_or(starts.tanh, |t| [t.a, t.b, t.c, t.d, t.s]),
+                zerilli_armstrong: zerilli_armstrong.as_ref().map_or(starts.zerilli_armstrong, |z| {
+                    ZerilliArmstrong { c0: z.c0, c1: z.c1, c3: z.c3, c4: z.c4, c5: z.c5, n: z.n }
+                }),
             },
-            has_tanh,
+            laws,
             source: format!(
-                "elastic: {}. flow stress: {}. thermal: {}. damage: {}.{}",
+                "elastic: {}. flow stress: {}. thermal: {}. damage: {}.{}{}",
                 elastic.source,
                 flow.source,
                 thermal.source,
                 damage.source,
-                tanh.map_or(String::new(), |tanh| format!(" johnson_cook_tanh: {}.", tanh.source))
+                further("johnson_cook_tanh", tanh.as_ref().map(|t| &t.source)),
+                further("zerilli_armstrong", zerilli_armstrong.as_ref().map(|z| &z.source)),
             ),
         }
     }
@@ -394,7 +425,7 @@ mod tests {
     /// Every constant is compared, not only some.
     #[test]
     fn each_constant_is_checked() {
-        let changes: [fn(&mut Constants) -> &mut f64; 26] = [
+        let changes: [fn(&mut Constants) -> &mut f64; 32] = [
             |c| &mut c.density,
             |c| &mut c.youngs_modulus,
             |c| &mut c.poissons_ratio,
@@ -421,6 +452,12 @@ mod tests {
             |c| &mut c.tanh[2],
             |c| &mut c.tanh[3],
             |c| &mut c.tanh[4],
+            |c| &mut c.zerilli_armstrong.c0,
+            |c| &mut c.zerilli_armstrong.c1,
+            |c| &mut c.zerilli_armstrong.c3,
+            |c| &mut c.zerilli_armstrong.c4,
+            |c| &mut c.zerilli_armstrong.c5,
+            |c| &mut c.zerilli_armstrong.n,
         ];
         for (index, change) in changes.iter().enumerate() {
             let mut asked = material("OFHC copper");

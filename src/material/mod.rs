@@ -1,14 +1,26 @@
-//! Materials: the seam between the solver and constitutive models, the Johnson–Cook family, and the library.
+//! Materials: what a point of matter answers when it is strained.
+//!
+//! The solver sees [`ConstitutiveModel`] alone. `j2_plasticity` is the model: `elasticity`, a flow law (`flow_law`), damage
+//! (`damage`), joined by the return to the yield surface (`return_mapping`); `viscosity` wraps any model. Flow laws are
+//! `multiplicative` (Johnson–Cook and its tanh form: `hardening` × `rate` × `effects`) and `zerilli_armstrong`;
+//! `library` holds constants by name.
+//!
+//! To add a flow law: a file here that implements `FlowLaw`, most simply with `Slopes`, an item of `scene::Law` with its
+//! constants, an arm of `setup::with_law`. `j2_plasticity`, `return_mapping` and the other laws stay as they are; what the
+//! present laws compute does not change by a bit (book: *Develop*, "A stranger's walk").
 
 pub mod damage;
 pub mod effects;
-pub mod elasticity;
+mod elasticity;
+pub mod flow_law;
 pub mod hardening;
 pub mod j2_plasticity;
 pub mod library;
+pub mod multiplicative;
 pub mod rate;
 mod return_mapping;
 pub mod viscosity;
+pub mod zerilli_armstrong;
 
 use crate::dimension::Dimension;
 use crate::points::PointState;

@@ -1,7 +1,8 @@
-//! Rate in the flow stress, with a twin that does nothing, and the return to the yield surface solved for it.
+//! Rate as a factor on the flow stress, with a twin that does nothing, and the return to the yield surface solved for it.
 //!
-//! A type parameter of the flow law: what a scene does not name costs no logarithm.
+//! A type parameter of `multiplicative`: what a scene does not name costs no logarithm.
 
+use crate::scene::Constants;
 use crate::simd::math::ln;
 use crate::simd::{Mask, Real, Vector};
 
@@ -115,7 +116,7 @@ fn parabola<V: Vector>([c0, c1, c2]: [V; 3], x: V) -> [V; 3] {
 }
 
 /// Dependence of the flow stress on the plastic strain rate.
-pub trait RateEffect<R: Real>: Clone + Send + Sync + 'static {
+pub trait RateEffect<R: Real>: Copy + Send + Sync + 'static {
     /// Factor on the flow stress (-).
     ///
     /// * `increment`: equivalent plastic strain of the substep (-), positive
@@ -169,6 +170,16 @@ pub struct RateDependent<R> {
     pub coefficient: R,
     /// ε̇₀ (1/s).
     pub reference: R,
+}
+
+impl<R: Real> RateDependent<R> {
+    /// With a material's constants.
+    pub fn of(constants: &Constants) -> Self {
+        RateDependent {
+            coefficient: R::from_f64(constants.rate_coefficient),
+            reference: R::from_f64(constants.reference_rate),
+        }
+    }
 }
 
 impl<R: Real> RateEffect<R> for RateDependent<R> {

@@ -21,6 +21,9 @@ macro_rules! choice {
             /// All items with their names, in FMI order (the first has number 1).
             pub const ALL: &'static [(&'static str, $name)] = &[$(($text, $name::$item)),+];
 
+            /// Name of the item.
+            pub fn name(self) -> &'static str { Self::ALL[self as usize].0 }
+
             /// Number of the item in the FMU's type definition, from 1.
             pub fn number(self) -> i32 { self as i32 + 1 }
 
@@ -62,6 +65,8 @@ choice! {
         JohnsonCook = "johnson_cook",
         /// Sima and Özel (2010), with strain softening.
         JohnsonCookTanh = "johnson_cook_tanh",
+        /// Zerilli and Armstrong (1987) for bcc metals, rate and temperature coupled.
+        ZerilliArmstrong = "zerilli_armstrong",
     }
 }
 choice! {
@@ -182,6 +187,23 @@ pub struct Tool {
     pub contact_conductance: f64,
 }
 
+/// Constants of Zerilli and Armstrong's law for bcc metals.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ZerilliArmstrong {
+    /// C₀: stress that neither rate nor temperature change (Pa).
+    pub c0: f64,
+    /// C₁: stress at 0 K that heat takes away (Pa).
+    pub c1: f64,
+    /// C₃: how fast heat takes it away (1/K).
+    pub c3: f64,
+    /// C₄: how much of it the logarithm of the rate holds (1/K).
+    pub c4: f64,
+    /// C₅: hardening modulus (Pa).
+    pub c5: f64,
+    /// n: hardening exponent (-).
+    pub n: f64,
+}
+
 /// Constants of the workpiece material.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Constants {
@@ -221,6 +243,8 @@ pub struct Constants {
     pub fracture_energy: f64,
     /// Sima and Özel's a, b, c, d and s (-).
     pub tanh: [f64; 5],
+    /// Zerilli and Armstrong's.
+    pub zerilli_armstrong: ZerilliArmstrong,
 }
 
 /// The workpiece material: a name of the library or "custom", and constants.
@@ -408,6 +432,15 @@ impl Default for Scene {
                     fracture_energy: 1.1e4,
                     // The published set is for Ti-6Al-4V; the law of 4340 is another.
                     tanh: [2.0, 5.0, 2.0, 1.0, 0.05],
+                    // The published set is for AISI 1045.
+                    zerilli_armstrong: ZerilliArmstrong {
+                        c0: 159.2e6,
+                        c1: 1533.7e6,
+                        c3: 0.00609,
+                        c4: 0.000189,
+                        c5: 742.6e6,
+                        n: 0.171,
+                    },
                 },
             },
             effects: Effects {

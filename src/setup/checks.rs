@@ -200,13 +200,14 @@ fn check_chip(scene: &Scene) -> Result<(), Error> {
 /// Refuses combinations of effects that no kernel is compiled for.
 fn refuse_rare(scene: &Scene) -> Result<(), Error> {
     let Scene { effects, numerics, .. } = scene;
-    let is_tanh = scene.material.law == Law::JohnsonCookTanh;
-    let name = if is_tanh {
-        "material.law = johnson_cook_tanh"
+    let law = scene.material.law;
+    let is_plain = law == Law::JohnsonCook;
+    let name = if !is_plain {
+        format!("material.law = {}", law.name())
     } else if effects.damage {
-        "effects.damage = true"
+        "effects.damage = true".into()
     } else if effects.artificial_viscosity {
-        "effects.artificial_viscosity = true"
+        "effects.artificial_viscosity = true".into()
     } else {
         return Ok(());
     };
@@ -214,13 +215,16 @@ fn refuse_rare(scene: &Scene) -> Result<(), Error> {
     if numerics.shape_function == ShapeChoice::Linear {
         return refuse(format!("{name} goes with numerics.shape_function = gimp only"));
     }
-    if is_tanh && !effects.thermal_softening {
+    if !is_plain && !effects.thermal_softening {
         return refuse(format!("{name} softens with temperature and needs effects.thermal_softening = true"));
+    }
+    if law == Law::ZerilliArmstrong && effects.damage {
+        return refuse(format!("{name} goes with effects.damage = false only"));
     }
     if effects.damage && effects.thermal_expansion {
         return refuse("effects.damage = true goes with effects.thermal_expansion = false only".into());
     }
-    if effects.artificial_viscosity && (is_tanh || effects.damage) {
+    if effects.artificial_viscosity && (!is_plain || effects.damage) {
         return refuse(
             "effects.artificial_viscosity = true goes with material.law = johnson_cook and effects.damage = false only"
                 .into(),

@@ -47,8 +47,11 @@ pub fn effects_summary(scene: &Scene) -> String {
         TransferChoice::Flip => "",
         TransferChoice::Apic => ", affine transfer (APIC)",
     };
-    let law =
-        if scene.material.law == Law::JohnsonCookTanh { ", tanh law with strain softening" } else { "" };
+    let law = match scene.material.law {
+        Law::JohnsonCook => "",
+        Law::JohnsonCookTanh => ", tanh law with strain softening",
+        Law::ZerilliArmstrong => ", Zerilli-Armstrong law",
+    };
     let damage = if scene.effects.damage {
         format!(", damage with {} J/m2 to separate", constants.fracture_energy)
     } else {

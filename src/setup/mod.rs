@@ -3,14 +3,13 @@
 //! Each choice of the scene fixes one type parameter; what is not named becomes a type that does nothing:
 //!
 //! ```text
-//!   precision × dimension × shape function × (hardening × rate × thermal × damage) of the flow law  →  one Simulation
+//!   precision × dimension × shape function × flow law × damage  →  one Simulation
 //! ```
 //!
 //! Each combination is a kernel to compile for every instruction set, so rate and heat are chosen for Johnson and Cook's
-//! law in the plane with GIMP only. Everything else - titanium's law, damage, artificial viscosity, three dimensions, linear
-//! shape functions - runs in the one kernel with rate and adiabatic heat: where the scene has no rate, a rate coefficient
-//! of 0 stands for it, where it has no heat, a Taylor-Quinney coefficient of 0, where it does not soften, a melting
-//! temperature out of reach.
+//! law in the plane with GIMP only. Everything else - other laws, damage, artificial viscosity, three dimensions, linear
+//! shape functions - runs in the one kernel with rate and adiabatic heat, and what the scene lacks of these is taken out
+//! by constants (`constants_in_use`).
 
 pub mod checks;
 pub mod courant_limit;
@@ -28,15 +27,20 @@ use crate::grid::shape_function::{Gimp, Linear, ShapeFunction};
 use crate::heat::HeatConduction;
 use crate::heat::tool::ToolBody;
 use crate::material::ConstitutiveModel;
-use crate::material::damage::{DamageEffect, JohnsonCookDamage, Undamaged};
-use crate::material::effects::{Adiabatic, Isothermal, Softening};
+use crate::material::damage::JohnsonCookDamage;
+use crate::material::effects::{Adiabatic, Isothermal, Softening, ThermalEffect};
+use crate::material::flow_law::FlowLaw;
 use crate::material::hardening::{Hardening, PowerLaw, TanhLaw};
 use crate::material::j2_plasticity::J2Plasticity;
+use crate::material::multiplicative::{Multiplicative, WithRateAndHeat};
 use crate::material::rate::{RateDependent, RateEffect, RateIndependent};
 use crate::material::viscosity::Viscous;
+use crate::material::zerilli_armstrong::ZerilliArmstrong;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block};
-use crate::scene::{DimensionChoice, Heat, Law, Precision, Scene, SceneKind, ShapeChoice, TransferChoice};
+use crate::scene::{
+    Constants, DimensionChoice, Heat, Law, Precision, Scene, SceneKind, ShapeChoice, TransferChoice,
+};
 use crate::simd::{InstructionSet, Real};
 use crate::simulation::{Options, Simulation, Solver};
 use crate::speedups::active_window::ActiveWindow;
@@ -105,82 +109,100 @@ fn without_choice<R: Real, D: Dimension, F: ShapeFunction<R>>(
     scene: &Scene,
     shape: F,
 ) -> Result<Box<dyn Solver>, Error> {
-    assemble::<R, D, _, _>(scene, shape, full::<R, PowerLaw<R>, _>(scene, Undamaged))
+    let model = undamaged(scene, product::<R, PowerLaw<R>>(scene));
+    assemble::<R, D, _, _>(scene, shape, model)
 }
 
 /// The one kernel with the affine transfer that `check_affine` lets pass.
 fn affine(scene: &Scene) -> Result<Box<dyn Solver>, Error> {
-    let constants = &scene.material.constants;
-    let rate = RateDependent { coefficient: constants.rate_coefficient, reference: constants.reference_rate };
-    let capacity = constants.density * constants.specific_heat;
-    let initial = scene.workpiece.initial_temperature;
-    let expansion = if scene.effects.thermal_expansion { constants.thermal_expansion } else { 0.0 };
-    let thermal = Adiabatic::<f64, true>::new(constants.taylor_quinney, capacity, initial, softening(scene))
-        .with_expansion(expansion);
-    let model = Affine(J2Plasticity::new(constants, rate, thermal));
+    let model = Affine(undamaged(scene, product::<f64, PowerLaw<f64>>(scene)));
     assemble::<f64, PlaneStrain, _, _>(scene, Gimp::new(scene.numerics.points_per_cell_edge), model)
 }
 
-/// The material's thermal softening.
-fn softening(scene: &Scene) -> Softening {
-    let constants = &scene.material.constants;
-    Softening {
-        exponent: constants.thermal_exponent,
-        reference: constants.reference_temperature,
-        melting: constants.melting_temperature,
-    }
-}
-
+/// The flow law a scene names, in the one kernel with rate and adiabatic heat that each has.
 fn with_law<R: Real, D: Dimension>(
     scene: &Scene,
     shape: Gimp<R>,
     plain: Build<R>,
 ) -> Result<Box<dyn Solver>, Error> {
-    let constants = &scene.material.constants;
-    let is_tanh = scene.material.law == Law::JohnsonCookTanh;
-    if scene.effects.damage {
-        let effects = &scene.effects;
-        let numerics = &scene.numerics;
-        let length = numerics.cell();
-        let damage = JohnsonCookDamage::<R>::new(constants, length, effects.rate, effects.thermal_softening);
-        if is_tanh {
-            assemble::<R, D, _, _>(scene, shape, full::<R, TanhLaw<R>, _>(scene, damage))
-        } else {
-            assemble::<R, D, _, _>(scene, shape, full::<R, PowerLaw<R>, _>(scene, damage))
+    let effects = &scene.effects;
+    match (scene.material.law, effects.damage) {
+        (Law::JohnsonCook, true) => damaged::<R, D, _>(scene, shape, product::<R, PowerLaw<R>>(scene)),
+        (Law::JohnsonCookTanh, true) => damaged::<R, D, _>(scene, shape, product::<R, TanhLaw<R>>(scene)),
+        (Law::JohnsonCookTanh, false) => {
+            let model = undamaged(scene, product::<R, TanhLaw<R>>(scene));
+            assemble::<R, D, _, _>(scene, shape, model)
         }
-    } else if is_tanh {
-        assemble::<R, D, _, _>(scene, shape, full::<R, TanhLaw<R>, _>(scene, Undamaged))
-    } else if scene.effects.artificial_viscosity {
-        let (linear, quadratic) = (scene.numerics.viscosity_linear, scene.numerics.viscosity_quadratic);
-        let model = full::<R, PowerLaw<R>, _>(scene, Undamaged);
-        assemble::<R, D, _, _>(scene, shape, Viscous::new(model, linear, quadratic, scene.numerics.cell()))
-    } else {
-        plain(scene, shape)
+        // `check` has refused damage here.
+        (Law::ZerilliArmstrong, _) => {
+            let constants = constants_in_use(scene);
+            let law = ZerilliArmstrong::new(&constants, adiabatic(scene, &constants));
+            assemble::<R, D, _, _>(scene, shape, undamaged(scene, law))
+        }
+        (Law::JohnsonCook, false) if effects.artificial_viscosity => {
+            let (linear, quadratic) = (scene.numerics.viscosity_linear, scene.numerics.viscosity_quadratic);
+            let model = undamaged(scene, product::<R, PowerLaw<R>>(scene));
+            assemble::<R, D, _, _>(
+                scene,
+                shape,
+                Viscous::new(model, linear, quadratic, scene.numerics.cell()),
+            )
+        }
+        (Law::JohnsonCook, false) => plain(scene, shape),
     }
 }
 
-/// The model with rate and adiabatic heat, what the scene lacks of these taken out by its constants.
-fn full<R: Real, H: Hardening<R>, G: DamageEffect<R>>(
+/// A flow law with the scene's damage.
+fn damaged<R: Real, D: Dimension, L: FlowLaw<R>>(
     scene: &Scene,
-    damage: G,
-) -> J2Plasticity<R, RateDependent<R>, Adiabatic<R, true>, H, G> {
-    let constants = &scene.material.constants;
-    let rate = RateDependent {
-        coefficient: R::from_f64(if scene.effects.rate { constants.rate_coefficient } else { 0.0 }),
-        reference: R::from_f64(constants.reference_rate),
-    };
-    let (exponent, melting) = if scene.effects.thermal_softening {
-        (constants.thermal_exponent, constants.melting_temperature)
-    } else {
-        (1.0, OUT_OF_REACH)
-    };
-    let softening = Softening { exponent, reference: constants.reference_temperature, melting };
-    let heated = if scene.effects.heat == Heat::None { 0.0 } else { constants.taylor_quinney };
-    let capacity = constants.density * constants.specific_heat;
-    let expansion = if scene.effects.thermal_expansion { constants.thermal_expansion } else { 0.0 };
-    let thermal = Adiabatic::<R, true>::new(heated, capacity, scene.workpiece.initial_temperature, softening)
-        .with_expansion(expansion);
-    J2Plasticity::with(constants, rate, thermal, damage)
+    shape: Gimp<R>,
+    law: L,
+) -> Result<Box<dyn Solver>, Error> {
+    let (constants, effects) = (&scene.material.constants, &scene.effects);
+    let damage = JohnsonCookDamage::<R>::new(
+        constants,
+        scene.numerics.cell(),
+        effects.rate,
+        effects.thermal_softening,
+    );
+    assemble::<R, D, _, _>(scene, shape, J2Plasticity::with(constants, law, damage))
+}
+
+/// A flow law without damage.
+fn undamaged<R: Real, L: FlowLaw<R>>(scene: &Scene, law: L) -> J2Plasticity<R, L> {
+    J2Plasticity::new(&scene.material.constants, law)
+}
+
+/// A hardening with rate and adiabatic heat.
+fn product<R: Real, H: Hardening<R>>(scene: &Scene) -> WithRateAndHeat<R, H> {
+    let constants = constants_in_use(scene);
+    Multiplicative::new(&constants, RateDependent::of(&constants), adiabatic(scene, &constants))
+}
+
+/// Heat that stays where it arises, with the constants in use.
+fn adiabatic<R: Real, const SOFTENS: bool>(scene: &Scene, constants: &Constants) -> Adiabatic<R, SOFTENS> {
+    Adiabatic::of(constants, scene.workpiece.initial_temperature).with_expansion(constants.thermal_expansion)
+}
+
+/// The material's constants with those taken out whose effect the scene lacks: no rate is a rate coefficient of 0, no heat
+/// a Taylor-Quinney coefficient of 0, no softening a melting temperature out of reach.
+fn constants_in_use(scene: &Scene) -> Constants {
+    let effects = &scene.effects;
+    let mut constants = scene.material.constants.clone();
+    if !effects.rate {
+        constants.rate_coefficient = 0.0;
+        constants.zerilli_armstrong.c4 = 0.0;
+    }
+    if effects.heat == Heat::None {
+        constants.taylor_quinney = 0.0;
+    }
+    if !effects.thermal_softening {
+        (constants.thermal_exponent, constants.melting_temperature) = (1.0, OUT_OF_REACH);
+    }
+    if !effects.thermal_expansion {
+        constants.thermal_expansion = 0.0;
+    }
+    constants
 }
 
 /// A melting temperature (K) that lets nothing soften: 1 − T* = 1 in any precision.
@@ -188,13 +210,9 @@ const OUT_OF_REACH: f64 = 1e30;
 
 /// In the plane, with GIMP: a kernel for each choice of rate and heat.
 fn with_rate<R: Real>(scene: &Scene, shape: Gimp<R>) -> Result<Box<dyn Solver>, Error> {
-    let constants = &scene.material.constants;
-    if scene.effects.rate && constants.rate_coefficient != 0.0 {
-        let rate = RateDependent {
-            coefficient: R::from_f64(constants.rate_coefficient),
-            reference: R::from_f64(constants.reference_rate),
-        };
-        with_heat::<R, _>(scene, shape, rate)
+    let constants = constants_in_use(scene);
+    if constants.rate_coefficient != 0.0 {
+        with_heat::<R, _>(scene, shape, RateDependent::of(&constants))
     } else {
         with_heat::<R, _>(scene, shape, RateIndependent)
     }
@@ -205,27 +223,28 @@ fn with_heat<R: Real, Q: RateEffect<R>>(
     shape: Gimp<R>,
     rate: Q,
 ) -> Result<Box<dyn Solver>, Error> {
-    let constants = &scene.material.constants;
-    let softening = softening(scene);
-    let initial = scene.workpiece.initial_temperature;
-    let capacity = constants.density * constants.specific_heat;
-    let expansion = if scene.effects.thermal_expansion { constants.thermal_expansion } else { 0.0 };
+    let constants = &constants_in_use(scene);
     match (scene.effects.heat, scene.effects.thermal_softening) {
         (Heat::None, softens) => {
-            let thermal = Isothermal { temperature: initial, softening: softens.then_some(softening) };
-            assemble::<R, PlaneStrain, _, _>(scene, shape, J2Plasticity::new(constants, rate, thermal))
+            let softening = softens.then(|| Softening::of(constants));
+            let thermal = Isothermal { temperature: scene.workpiece.initial_temperature, softening };
+            plain(scene, shape, rate, thermal)
         }
-        (_, true) => {
-            let thermal = Adiabatic::<R, true>::new(constants.taylor_quinney, capacity, initial, softening)
-                .with_expansion(expansion);
-            assemble::<R, PlaneStrain, _, _>(scene, shape, J2Plasticity::new(constants, rate, thermal))
-        }
-        (_, false) => {
-            let thermal = Adiabatic::<R, false>::new(constants.taylor_quinney, capacity, initial, softening)
-                .with_expansion(expansion);
-            assemble::<R, PlaneStrain, _, _>(scene, shape, J2Plasticity::new(constants, rate, thermal))
-        }
+        (_, true) => plain(scene, shape, rate, adiabatic::<R, true>(scene, constants)),
+        (_, false) => plain(scene, shape, rate, adiabatic::<R, false>(scene, constants)),
     }
+}
+
+/// Johnson and Cook's law in the plane with the effects a scene names.
+fn plain<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>>(
+    scene: &Scene,
+    shape: Gimp<R>,
+    rate: Q,
+    thermal: T,
+) -> Result<Box<dyn Solver>, Error> {
+    let law: Multiplicative<PowerLaw<R>, Q, T> =
+        Multiplicative::new(&scene.material.constants, rate, thermal);
+    assemble::<R, PlaneStrain, _, _>(scene, shape, undamaged(scene, law))
 }
 
 /// The kernel of the reference cut, alone in a build that takes a minute instead of many: plane strain, GIMP, FLIP, double
@@ -243,7 +262,7 @@ fn reference(scene: &Scene) -> Result<Box<dyn Solver>, Error> {
         return Err(Error::Inconsistent("this build has the reference cut's kernel alone".into()));
     }
     let shape = Gimp::new(numerics.points_per_cell_edge);
-    simulation::<f64, PlaneStrain, _, _>(scene, shape, full::<f64, PowerLaw<f64>, _>(scene, Undamaged))
+    simulation::<f64, PlaneStrain, _, _>(scene, shape, undamaged(scene, product::<f64, PowerLaw<f64>>(scene)))
 }
 
 fn assemble<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>>(

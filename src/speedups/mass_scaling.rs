@@ -114,11 +114,7 @@ impl MassScaling {
 fn least_work(scene: &Scene) -> f64 {
     let c: &Constants = &scene.material.constants;
     let shear = 2.0 * (std::f64::consts::FRAC_PI_4 - 0.5 * scene.tool.rake_angle).tan();
-    let softening = Softening {
-        exponent: c.thermal_exponent,
-        reference: c.reference_temperature,
-        melting: c.melting_temperature,
-    };
+    let softening = Softening::of(c);
     let heats = scene.effects.heat != Heat::None;
     let intervals = 200;
     let step = shear / 3.0_f64.sqrt() / f64::from(intervals);

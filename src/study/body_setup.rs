@@ -5,9 +5,8 @@ use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;
 use crate::grid::{FixedNodes, Layout};
 use crate::material::ConstitutiveModel;
-use crate::material::effects::{Adiabatic, Softening};
 use crate::material::j2_plasticity::J2Plasticity;
-use crate::material::rate::RateDependent;
+use crate::material::multiplicative::JohnsonCook;
 use crate::partition::Partition;
 use crate::points::{BLOCK, Block, PointState};
 use crate::scene::{Constants, ContactChoice, Scene};
@@ -17,7 +16,9 @@ use crate::tool::RigidTool;
 use crate::tool::profile::ToolShape;
 
 /// The Johnson–Cook model with rate and adiabatic heat.
-pub type Steel = J2Plasticity<f64, RateDependent<f64>, Adiabatic<f64, true>>;
+pub type SteelIn<R> = J2Plasticity<R, JohnsonCook<R>>;
+/// The same in double precision.
+pub type Steel = SteelIn<f64>;
 
 /// Temperature at the start (K).
 pub const ROOM: f64 = 298.15;
@@ -41,15 +42,8 @@ pub fn perfectly_plastic(constants: Constants) -> Constants {
 }
 
 /// The Johnson–Cook model of some constants.
-pub fn steel(c: &Constants) -> Steel {
-    let rate = RateDependent { coefficient: c.rate_coefficient, reference: c.reference_rate };
-    let softening = Softening {
-        exponent: c.thermal_exponent,
-        reference: c.reference_temperature,
-        melting: c.melting_temperature,
-    };
-    let thermal = Adiabatic::new(c.taylor_quinney, c.density * c.specific_heat, ROOM, softening);
-    J2Plasticity::new(c, rate, thermal)
+pub fn steel<R: Real>(c: &Constants) -> SteelIn<R> {
+    J2Plasticity::new(c, JohnsonCook::full(c, ROOM))
 }
 
 /// A contact law of scenes, or the plain one of tests.

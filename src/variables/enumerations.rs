@@ -68,7 +68,11 @@ pub static LAW: Enumeration = Enumeration {
     name: "FlowStressLaw",
     description: "flow stress law of the workpiece",
     items: items_of!(Law),
-    texts: &["Johnson and Cook (1983)", "Johnson-Cook with strain softening, Sima and Oezel (2010)"],
+    texts: &[
+        "Johnson and Cook (1983)",
+        "Johnson-Cook with strain softening, Sima and Oezel (2010)",
+        "Zerilli and Armstrong (1987) for bcc metals, rate and temperature coupled",
+    ],
 };
 /// Plane strain or three dimensions.
 pub static DIMENSION: Enumeration = Enumeration {

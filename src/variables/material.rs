@@ -7,7 +7,7 @@ use super::units::*;
 use super::{Access, Kind, Variable, choice_parameter, enumerations, parameter, real};
 use crate::scene::{Heat, Law};
 
-/// Parameters with references 1100 to 1299, and 1440 to 1459.
+/// Parameters with references 1100 to 1299, and 1440 to 1445, and 1460 to 1465.
 pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1100,
@@ -221,6 +221,72 @@ pub(super) static PARAMETERS: &[Variable] = &[
             Some(1e4),
             parameter!(material.constants.fracture_energy),
         ),
+    },
+    Variable {
+        reference: 1460,
+        name: "material.zerilli_armstrong_c0",
+        description: "Zerilli-Armstrong constant C0: stress that neither rate nor temperature change; for material.law = zerilli_armstrong",
+        kind: real(
+            &PASCAL,
+            "MPa",
+            [0.0, 1e11],
+            Some(1e8),
+            parameter!(material.constants.zerilli_armstrong.c0),
+        ),
+    },
+    Variable {
+        reference: 1461,
+        name: "material.zerilli_armstrong_c1",
+        description: "Zerilli-Armstrong constant C1: stress at 0 K that heat takes away",
+        kind: real(
+            &PASCAL,
+            "MPa",
+            [0.0, 1e11],
+            Some(1e9),
+            parameter!(material.constants.zerilli_armstrong.c1),
+        ),
+    },
+    Variable {
+        reference: 1462,
+        name: "material.zerilli_armstrong_c3",
+        description: "Zerilli-Armstrong constant C3: how fast the temperature takes that stress away",
+        kind: real(
+            &PER_KELVIN,
+            "",
+            [0.0, 0.1],
+            Some(5e-3),
+            parameter!(material.constants.zerilli_armstrong.c3),
+        ),
+    },
+    Variable {
+        reference: 1463,
+        name: "material.zerilli_armstrong_c4",
+        description: "Zerilli-Armstrong constant C4: how much of it the logarithm of the strain rate over 1/s holds",
+        kind: real(
+            &PER_KELVIN,
+            "",
+            [0.0, 0.01],
+            Some(2e-4),
+            parameter!(material.constants.zerilli_armstrong.c4),
+        ),
+    },
+    Variable {
+        reference: 1464,
+        name: "material.zerilli_armstrong_c5",
+        description: "Zerilli-Armstrong constant C5: hardening modulus",
+        kind: real(
+            &PASCAL,
+            "MPa",
+            [0.0, 1e11],
+            Some(1e9),
+            parameter!(material.constants.zerilli_armstrong.c5),
+        ),
+    },
+    Variable {
+        reference: 1465,
+        name: "material.zerilli_armstrong_n",
+        description: "Zerilli-Armstrong constant n: hardening exponent",
+        kind: real(&ONE, "", [0.0, 2.0], Some(0.2), parameter!(material.constants.zerilli_armstrong.n)),
     },
     Variable {
         reference: 1200,

@@ -7,21 +7,22 @@ use swarf::contact;
 use swarf::dimension::Dimension;
 use swarf::grid::shape_function::ShapeFunction;
 use swarf::grid::{FixedNodes, Layout};
-use swarf::material::effects::{Adiabatic, Softening, Temperature};
-use swarf::material::j2_plasticity::{J2Plasticity, State};
-use swarf::material::rate::RateDependent;
+use swarf::material::effects::Temperature;
+use swarf::material::j2_plasticity::State;
 use swarf::material::{ConstitutiveModel, StepSums};
 use swarf::partition::Partition;
 use swarf::points::{BLOCK, Block};
-use swarf::scene::{Constants, ContactChoice, Scene};
+use swarf::scene::{Constants, ContactChoice};
 use swarf::simd::{InstructionSet, Kernel, Real, Simd, Vector, dispatch};
 use swarf::simulation::{Options, PointView, Simulation, Solver, ToolMotion};
 use swarf::tool::RigidTool;
 use swarf::tool::profile::ToolShape;
 
-/// The full Johnson–Cook model with rate and adiabatic heat.
-pub type SteelIn<R> = J2Plasticity<R, RateDependent<R>, Adiabatic<R, true>>;
-/// Its state.
+// The steel of the studies is the steel of the tests and benches.
+#[allow(unused_imports)]
+pub use swarf::study::body_setup::{ROOM, SteelIn, never_yielding, steel, steel_4340};
+
+/// State of the full Johnson–Cook model with rate and adiabatic heat.
 pub type StateIn<R, D> = State<R, D, Temperature<R>>;
 /// A block of it.
 pub type BlockIn<R, D, F> = Simulation<R, D, F, SteelIn<R>>;
@@ -30,35 +31,8 @@ pub type Steel = SteelIn<f64>;
 pub type SteelState<D> = StateIn<f64, D>;
 pub type SteelBlock<D, F> = BlockIn<f64, D, F>;
 
-/// Temperature at the start (K).
-pub const ROOM: f64 = 298.15;
 /// A tool at rest.
 pub const NO_DRIVE: ToolMotion = ToolMotion { velocity: [0.0; 2], friction: 0.0 };
-
-/// Constants of AISI 4340, the scene's default.
-pub fn steel_4340() -> Constants {
-    Scene::default().material.constants
-}
-
-/// Constants of a material that never yields.
-pub fn never_yielding(constants: Constants) -> Constants {
-    Constants { yield_stress: 1e20, ..constants }
-}
-
-/// The Johnson–Cook model of some constants.
-pub fn steel<R: Real>(c: &Constants) -> SteelIn<R> {
-    let rate = RateDependent {
-        coefficient: R::from_f64(c.rate_coefficient),
-        reference: R::from_f64(c.reference_rate),
-    };
-    let softening = Softening {
-        exponent: c.thermal_exponent,
-        reference: c.reference_temperature,
-        melting: c.melting_temperature,
-    };
-    let thermal = Adiabatic::new(c.taylor_quinney, c.density * c.specific_heat, ROOM, softening);
-    J2Plasticity::new(c, rate, thermal)
-}
 
 /// Numbers that look random and are the same in every run (Steele, Lea and Flood's SplitMix64).
 pub struct Random(pub u64);

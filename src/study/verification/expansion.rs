@@ -13,8 +13,10 @@ use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use crate::grid::FixedNodes;
 use crate::grid::shape_function::Gimp;
 use crate::material::ConstitutiveModel;
-use crate::material::effects::{Adiabatic, Softening};
+use crate::material::effects::Adiabatic;
+use crate::material::hardening::PowerLaw;
 use crate::material::j2_plasticity::J2Plasticity;
+use crate::material::multiplicative::Multiplicative;
 use crate::material::rate::RateIndependent;
 use crate::points::BLOCK;
 use crate::simulation::Solver;
@@ -95,14 +97,9 @@ pub fn run<D: Dimension>(is_confined: bool, rise: f64) -> Outcome {
         }
     }
     let c = never_yielding(steel_4340());
-    let softening = Softening {
-        exponent: c.thermal_exponent,
-        reference: c.reference_temperature,
-        melting: c.melting_temperature,
-    };
-    let thermal = Adiabatic::<f64, true>::new(c.taylor_quinney, c.density * c.specific_heat, ROOM, softening)
-        .with_expansion(c.thermal_expansion);
-    let model = J2Plasticity::new(&c, RateIndependent, thermal);
+    let thermal = Adiabatic::<f64, true>::of(&c, ROOM).with_expansion(c.thermal_expansion);
+    let law: Multiplicative<PowerLaw<f64>, _, _> = Multiplicative::new(&c, RateIndependent, thermal);
+    let model = J2Plasticity::new(&c, law);
     let points = 2 * EDGE as usize;
     let count = [points, points, if D::AXES == 3 { points } else { 1 }];
     let seeds = lattice([0.0; 3], count, cell / 2.0, D::AXES);
