@@ -3,13 +3,13 @@
 //! Every function checks the call order first and changes nothing when it refuses. Reading and setting variables is in
 //! `values`, FMU states are in `states`.
 
-use super::calls::{self, Call, State};
+use super::calls::{self, Call};
 use super::description::guid;
 use super::logging::{Categories, Category, Log, Status};
 use super::progress::{Progress, advance_and_tell, summary};
 use super::refusal::Refusal;
-use super::saved::{Model, NO_SLOPES};
-use super::states::Saved;
+use super::saved::{Model, NO_SLOPES, Saved};
+use super::state::State;
 use super::steps::{check_sloped_inputs, check_step};
 use crate::scene::Scene;
 use crate::session::cost_estimate::Estimate;
@@ -232,6 +232,9 @@ impl Instance {
     pub fn terminate(&mut self) -> Reply {
         self.require(&calls::TERMINATE)?;
         self.model.header.state = State::Terminated;
+        if let Some(session) = &mut self.model.session {
+            session.release_results();
+        }
         let text = format!("terminated at {:e} s", self.model.header.time);
         self.message(Status::Ok, Category::Events, &text);
         Ok(Status::Ok)
@@ -269,7 +272,7 @@ impl Instance {
         let end = |value: f64, slope: f64, until: f64| value + slope * (until - from);
         check_sloped_inputs(header, session, target)?;
         if header.state == State::StepComplete {
-            session.set_inputs(header.scene.inputs, slopes);
+            session.set_inputs(header.scene.inputs, slopes)?;
         }
         let tell = |text: String| log.log(Status::Ok, Category::Solver, &text);
         let (is_told, begun) = (categories.is_on(Category::Solver), Instant::now());

@@ -9,6 +9,7 @@ mod progress;
 pub mod refusal;
 pub mod resources;
 pub mod saved;
+mod state;
 mod states;
 mod steps;
 mod values;

@@ -7,13 +7,7 @@ use super::calls;
 use super::instance::{Instance, Reply};
 use super::logging::Status;
 use super::refusal::Refusal;
-use super::saved::Model;
-
-/// A saved model; the bytes are kept between asking for their number and asking for them.
-pub(super) struct Saved {
-    model: Model,
-    bytes: Option<Vec<u8>>,
-}
+use super::saved::{Model, Saved};
 
 impl Instance {
     /// Copies the model into a state and gives its handle; `previous` is overwritten if given.

@@ -88,12 +88,12 @@ impl Survey {
     }
 
     /// The 99.9th percentile of the equivalent plastic strain over points that have yielded (-).
-    pub fn strain_p999(&mut self) -> f64 {
+    pub fn strain_p999(&self) -> f64 {
         if self.strains.is_empty() {
             return 0.0;
         }
         let rank = (0.999 * self.strains.len() as f64).ceil() as usize - 1;
-        *self.strains.select_nth_unstable_by(rank, f64::total_cmp).1
+        *self.strains.clone().select_nth_unstable_by(rank, f64::total_cmp).1
     }
 }
 
