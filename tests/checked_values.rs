@@ -134,12 +134,12 @@ fn a_state_with_a_wrong_value_is_refused_though_its_checksum_is_right() {
     ];
     for (name, old, new) in wrong {
         let (old, new_bytes) = (old.to_le_bytes(), new.to_le_bytes());
-        let mut places: Vec<usize> =
-            (0..content.len() - 8).filter(|&at| content[at..at + 8] == old).collect();
-        assert!(!places.is_empty(), "{name} is not in the bytes");
-        places.truncate(1);
+        // Points stand behind all else, and outputs show some of their numbers.
+        let mut places = (0..content.len() - 8).filter(|&at| content[at..at + 8] == old);
+        let place = if name == "point" { places.next_back() } else { places.next() };
+        let place = place.unwrap_or_else(|| panic!("{name} is not in the bytes"));
         let mut changed = content.clone();
-        changed[places[0]..places[0] + 8].copy_from_slice(&new_bytes);
+        changed[place..place + 8].copy_from_slice(&new_bytes);
         match Session::restore(&ENVELOPE.seal(&[&changed])) {
             Ok(_) => panic!("a state with {name} = {new} at byte {place} was taken"),
             Err(error) => assert!(matches!(error, Error::DamagedState(_)), "{name} = {new}: {error}"),
