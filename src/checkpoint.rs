@@ -1,16 +1,18 @@
-//! The byte form of a state: numbers in a fixed order, and the envelope that tells damaged bytes from whole ones.
+//! The byte form of a state: numbers in a fixed order, and the envelope that tells damaged bytes from whole
+//! ones.
 //!
-//! Nothing here knows what the bytes mean: `session` and `fmi::saved` say what they put in. Bytes are sealed once, on the
-//! outside.
+//! Nothing here knows what the bytes mean: `session` and `fmi::saved` say what they put in. Bytes are sealed
+//! once, on the outside.
 
 use crate::error::Error;
 use crate::simd::Real;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// What stands around saved bytes, so that damaged and foreign ones are refused before anything is read from them.
+/// What stands around saved bytes, so that damaged and foreign ones are refused before anything is read from
+/// them.
 ///
-/// Word (8 bytes), format (u32), origin, length of the content (u64), content, CRC-32 of everything before it; all little
-/// endian.
+/// Word (8 bytes), format (u32), origin, length of the content (u64), content, CRC-32 of everything before
+/// it; all little endian.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Envelope<'a> {
     /// What the bytes are.
@@ -83,8 +85,8 @@ fn damaged(text: &str) -> Error {
 
 /// The bulk of a solver's state: numbers in a fixed order, little endian, without marks between them.
 ///
-/// Raw bytes, as a self-describing form costs several times as much as the copy itself and masters with rollback save
-/// at every step.
+/// Raw bytes, as a self-describing form costs several times as much as the copy itself and masters with
+/// rollback save at every step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StateBytes(Vec<u8>);
 
@@ -168,8 +170,8 @@ impl BulkReader<'_> {
         self.0.len()
     }
 
-    /// The next count of things that take at least `bytes` each: one that cannot be there is damage, not a reason to ask
-    /// for memory.
+    /// The next count of things that take at least `bytes` each: one that cannot be there is damage, not a
+    /// reason to ask for memory.
     ///
     /// # Errors
     /// As `take`.

@@ -1,4 +1,5 @@
-//! No session begins or goes on with a value that is not finite, out of range or at odds with the others, whoever asks.
+//! No session begins or goes on with a value that is not finite, out of range or at odds with the others,
+//! whoever asks.
 
 use swarf::checkpoint::Envelope;
 use swarf::scene::Inputs;
@@ -22,8 +23,8 @@ fn refusal(result: Result<Session, Error>, name: &str, value: f64) -> String {
     }
 }
 
-/// A library material's constants are not those in use, yet a wrong one is a mistake that its writer wants to hear of; so
-/// every Real is checked, and the text tells what to mend.
+/// A library material's constants are not those in use, yet a wrong one is a mistake that its writer wants to
+/// hear of; so every Real is checked, and the text tells what to mend.
 #[test]
 fn every_real_out_of_its_range_is_refused_by_name() {
     let mut tried = 0;
@@ -100,7 +101,8 @@ fn inputs_and_slopes_that_cannot_be_are_refused_and_change_nothing() {
 /// The envelope of a session's bytes, as `session` has it.
 const ENVELOPE: Envelope = Envelope { word: *b"SWARFRUN", format: 8, origin: &[], of: "swarf" };
 
-/// Bytes whose checksum is right may still hold anything: each number of the state is looked at, not only the sum over it.
+/// Bytes whose checksum is right may still hold anything: each number of the state is looked at, not only the
+/// sum over it.
 #[test]
 fn a_state_with_a_wrong_value_is_refused_though_its_checksum_is_right() {
     let session = session();

@@ -23,8 +23,8 @@ fn folder(name: &str) -> PathBuf {
     path
 }
 
-/// Masters make steps of rounding size to land on a time. Within a substep the force is the substep's own, however short the
-/// step is; a difference of running totals would be one of rounding.
+/// Masters make steps of rounding size to land on a time. Within a substep the force is the substep's own,
+/// however short the step is; a difference of running totals would be one of rounding.
 #[test]
 fn a_remainder_step_shows_the_force_of_its_substep() {
     let mut session = Session::new(&scene(), 0.0).expect("a good scene");
@@ -39,7 +39,8 @@ fn a_remainder_step_shows_the_force_of_its_substep() {
         assert!(time + step > time, "{step} s is no step at {time} s");
         copy.outputs().clone()
     };
-    // A thousandth of a substep is a sound difference of totals to compare with: 1e-12 s of impulses known to 1e-16.
+    // A thousandth of a substep is a sound difference of totals to compare with: 1e-12 s of impulses known to
+    // 1e-16.
     let sound = shown(1e-3 * session.outputs().time_step);
     assert!(sound.cutting_force > 100.0 && sound.substeps == 0, "{sound:?}");
     // The smallest step that the clock can make, and some in between.
@@ -92,8 +93,8 @@ fn values(outputs: &Outputs) -> Vec<f64> {
     COLUMNS.iter().map(|column| (column.value)(outputs)).collect()
 }
 
-/// Whoever reads the file beside the FMU's outputs finds the same numbers at the same times, be the step of the length of
-/// the interval or of many; and the file does not change the run.
+/// Whoever reads the file beside the FMU's outputs finds the same numbers at the same times, be the step of
+/// the length of the interval or of many; and the file does not change the run.
 #[test]
 fn a_row_of_the_history_holds_what_is_returned_at_its_time() {
     for (step, interval) in [(6e-6_f64, 6e-6_f64), (1e-6, 1e-6), (3e-6, 1e-6), (1e-6, 2e-6)] {
@@ -133,8 +134,8 @@ fn a_row_of_the_history_holds_what_is_returned_at_its_time() {
     }
 }
 
-/// Two runs in one directory would leave files of both; the second is told, the first goes on, and the directory is free
-/// when it is gone.
+/// Two runs in one directory would leave files of both; the second is told, the first goes on, and the
+/// directory is free when it is gone.
 #[test]
 fn a_second_run_in_the_same_directory_is_refused() {
     let folder = folder("twice");

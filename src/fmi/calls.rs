@@ -1,8 +1,8 @@
 //! Which function may be called when: the table of FMI 2.0.4, section 4.2.4, for co-simulation.
 //!
-//! Two things differ. After a step cut short by the wall time limit (the standard's stepFailed) `fmi2DoStep` may go on
-//! from the last successful time. And a state that the standard lacks, `Spoiled`, follows a panic: only what makes the
-//! instance sound again, or frees it, is allowed then.
+//! Two things differ. After a step cut short by the wall time limit (the standard's stepFailed) `fmi2DoStep`
+//! may go on from the last successful time. And a state that the standard lacks, `Spoiled`, follows a panic:
+//! only what makes the instance sound again, or frees it, is allowed then.
 
 use super::refusal::Refusal;
 use super::state::State;

@@ -1,7 +1,7 @@
 //! The model of an instance: all that an FMU state holds, and its form as bytes.
 //!
-//! Bytes: length of the header (u64, little endian), header, session, in one `checkpoint::Envelope` whose origin is the hash of
-//! the interface.
+//! Bytes: length of the header (u64, little endian), header, session, in one `checkpoint::Envelope` whose
+//! origin is the hash of the interface.
 
 use super::description::interface_hash;
 use super::state::State;

@@ -1,7 +1,8 @@
 //! FMU states: copies of the model that the importer can go back to, and their form as bytes.
 //!
-//! A state belongs to the instance that made it: the handle given out is a key into the instance's own table and is never
-//! followed as a pointer, so a stale or foreign one is refused. Bytes carry a state to another instance or process.
+//! A state belongs to the instance that made it: the handle given out is a key into the instance's own table
+//! and is never followed as a pointer, so a stale or foreign one is refused. Bytes carry a state to another
+//! instance or process.
 
 use super::calls;
 use super::instance::{Instance, Reply};

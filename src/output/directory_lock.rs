@@ -1,8 +1,9 @@
 //! One run at a time in a results directory.
 //!
-//! Within the process a list of directories tells; between processes a lock of the operating system on the file
-//! `.swarf.lock`, which ends with the process however it ends. The file names the process and is removed with the lock; one
-//! that a killed process has left means nothing. Where a file system knows no locks, the list alone guards.
+//! Within the process a list of directories tells; between processes a lock of the operating system on the
+//! file `.swarf.lock`, which ends with the process however it ends. The file names the process and is removed
+//! with the lock; one that a killed process has left means nothing. Where a file system knows no locks, the
+//! list alone guards.
 
 use crate::Error;
 use crate::output::vtk::MARK;
@@ -52,8 +53,8 @@ impl DirectoryLock {
 impl Drop for DirectoryLock {
     fn drop(&mut self) {
         if let Some(file) = self.file.take() {
-            // While the lock is held, so that whoever waits for this file finds that it is gone, and makes another. One that
-            // cannot be removed means nothing.
+            // While the lock is held, so that whoever waits for this file finds that it is gone, and makes
+            // another. One that cannot be removed means nothing.
             let _ = fs::remove_file(self.directory.join(LOCK_FILE));
             drop(file);
         }
@@ -63,8 +64,8 @@ impl Drop for DirectoryLock {
 
 fn taken(by: &str) -> String {
     format!(
-        "results.directory is in use by another run in {by}, and two would overwrite each other's files: give each run \
-         a directory of its own"
+        "results.directory is in use by another run in {by}, and two would overwrite each other's files: \
+         give each run a directory of its own"
     )
 }
 
@@ -95,7 +96,8 @@ fn lock_file(path: &Path) -> Result<Option<File>, String> {
             file.flush()
         });
         written.map_err(|e| format!("{LOCK_FILE}: {e}"))?;
-        // Its former holder may have removed it between our opening and locking it; Windows keeps a locked file from readers.
+        // Its former holder may have removed it between our opening and locking it; Windows keeps a locked
+        // file from readers.
         if cfg!(windows) || fs::read_to_string(path).is_ok_and(|found| found == own) {
             return Ok(Some(file));
         }
@@ -119,7 +121,8 @@ mod tests {
         path
     }
 
-    /// By whatever path a directory is named, it is taken once, and free again afterwards with nothing left in it.
+    /// By whatever path a directory is named, it is taken once, and free again afterwards with nothing left
+    /// in it.
     #[test]
     fn a_directory_is_taken_once_at_a_time() {
         let folder = folder("once");
@@ -134,7 +137,8 @@ mod tests {
         fs::remove_dir(&folder).unwrap();
     }
 
-    /// A lock held on the file by someone who is not on the list is another process's: the system does not tell them apart.
+    /// A lock held on the file by someone who is not on the list is another process's: the system does not
+    /// tell them apart.
     #[test]
     fn a_directory_that_another_process_holds_is_refused_and_a_killed_ones_is_not() {
         let folder = folder("process");

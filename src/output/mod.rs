@@ -1,8 +1,9 @@
 //! What a run hands out: fields of the points, measures of chip and surface, files and pictures.
 //!
-//! Plain data in, files out: nothing here knows the solver but [`survey`], which counts points as the solver shows them, and
-//! nothing knows the session. Outputs and their columns are those of `variables`; a new quantity of the points is a field of
-//! `PointFields`, filled in by `Session::point_fields` and written by `vtk`.
+//! Plain data in, files out: nothing here knows the solver but [`survey`], which counts points as the solver
+//! shows them, and nothing knows the session. Outputs and their columns are those of `variables`; a new
+//! quantity of the points is a field of `PointFields`, filled in by `Session::point_fields` and written by
+//! `vtk`.
 //!
 //! * [`point_fields`]: the fields of all points at one time;
 //! * [`survey`]: sums over the points: chip temperature, thickness, strains;

@@ -2,7 +2,8 @@
 //!
 //! Plain data, below the solver, so that files and pictures are made without it.
 
-/// The points' fields at the solver's clock, for pictures and files; one entry per point, in the order of `id`.
+/// The points' fields at the solver's clock, for pictures and files; one entry per point, in the order of
+/// `id`.
 #[derive(Clone, Debug, Default)]
 pub struct PointFields {
     /// Solver clock (s).

@@ -1,17 +1,20 @@
 //! The files of `results.directory`: frames for ParaView, their collection, and a history table.
 //!
-//! Every `results.interval` of simulated time: `frame_00012.vtu` (points) and `tool_00012.vtp` (the tool's outline);
-//! `frames.pvd`, which lists them with their times, and `history.csv`, one line of outputs per frame, are whole and
-//! readable after every frame. Where a cut has a machined surface and a chip, each frame has `surface_00012.csv` and
-//! `rake_00012.csv` (`output::profiles`) as well, and `segmentation.csv` a line (`output::segmentation`). All of them name
-//! the program's version and the parameters in use. Files of an earlier run by these names are removed when a run starts; a
-//! file by one of these names that this program did not write is never touched: the run is refused.
+//! Every `results.interval` of simulated time: `frame_00012.vtu` (points) and `tool_00012.vtp` (the tool's
+//! outline); `frames.pvd`, which lists them with their times, and `history.csv`, one line of outputs per
+//! frame, are whole and readable after every frame. Where a cut has a machined surface and a chip, each frame
+//! has `surface_00012.csv` and `rake_00012.csv` (`output::profiles`) as well, and `segmentation.csv` a line
+//! (`output::segmentation`). All of them name the program's version and the parameters in use. Files of an
+//! earlier run by these names are removed when a run starts; a file by one of these names that this program
+//! did not write is never touched: the run is refused.
 //!
-//! A row of `history.csv` holds what the FMU returns at its time: at a communication point, that point's outputs; between
-//! two, those of a communication step that ends there, so that means and extremes are over the step so far.
+//! A row of `history.csv` holds what the FMU returns at its time: at a communication point, that point's
+//! outputs; between two, those of a communication step that ends there, so that means and extremes are over
+//! the step so far.
 //!
-//! Two runs at the same time need two directories: the second is refused (`output::directory_lock`). A run holds its
-//! directory from its start to its end; a copy of it, as FMU states are, takes it up with its first frame.
+//! Two runs at the same time need two directories: the second is refused (`output::directory_lock`). A run
+//! holds its directory from its start to its end; a copy of it, as FMU states are, takes it up with its first
+//! frame.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -99,8 +102,8 @@ impl ResultsWriter {
     /// * `parameters_in_use`: names and values, written into every file
     ///
     /// # Errors
-    /// `Error::File` when the directory cannot be made, is in use by another run, or holds a foreign file by one of the names
-    /// used here.
+    /// `Error::File` when the directory cannot be made, is in use by another run, or holds a foreign file by
+    /// one of the names used here.
     pub fn new(scene: &Scene, parameters_in_use: &[(String, String)]) -> Result<Option<Self>, Error> {
         if scene.results.directory.is_empty() {
             return Ok(None);
@@ -147,8 +150,8 @@ impl ResultsWriter {
     /// Writes a frame, and the collection and the history anew.
     ///
     /// * `fields`: the points at the solver's clock, which counts the frames
-    /// * `time`, `outputs`: the row of the history; at a communication point that point's time (s), which the clock has
-    ///   passed by less than a substep
+    /// * `time`, `outputs`: the row of the history; at a communication point that point's time (s), which the
+    ///   clock has passed by less than a substep
     ///
     /// # Errors
     /// `Error::File` when a file cannot be written, or another run has taken the directory meanwhile.
@@ -176,8 +179,8 @@ impl ResultsWriter {
         replace(&self.directory.join("history.csv"), &self.history())
     }
 
-    /// Writes the profiles that this frame has: none of the surface before there is enough of it, none along the rake face
-    /// before something is near it.
+    /// Writes the profiles that this frame has: none of the surface before there is enough of it, none along
+    /// the rake face before something is near it.
     fn write_profiles(&self, number: u64, fields: &PointFields) -> Result<(), Error> {
         let outline = &fields.tool_outline;
         let (Some(CutBlock { size, spacing, .. }), Some(edge), Some(face)) =
@@ -261,8 +264,8 @@ impl ResultsWriter {
 
 /// What a row of the history means, in its own head.
 const HISTORY_NOTE: &str = "\
-# a row holds what the FMU returns at its time, in SI units; between two communication points, what it would return were this
-# time one: means, extremes and numerics.substeps are over the communication step so far
+# a row holds what the FMU returns at its time, in SI units; between two communication points, what it would
+# return were this time one: means, extremes and numerics.substeps are over the communication step so far
 ";
 
 /// Comment lines that begin every table: version, then a parameter per line.
@@ -390,7 +393,8 @@ mod tests {
         assert_eq!(ResultsWriter::new(&Scene::default(), &[]).unwrap(), None);
     }
 
-    /// Substeps do not fall on the interval; every interval still gets one frame, and the history a line for each.
+    /// Substeps do not fall on the interval; every interval still gets one frame, and the history a line for
+    /// each.
     #[test]
     fn every_interval_gets_one_frame() {
         let folder = folder("frames");

@@ -7,8 +7,8 @@ use crate::tool::RigidTool;
 
 /// Equivalent plastic strain from which material above the machined surface is chip (-).
 const CHIP_STRAIN: f64 = 0.05;
-/// Chip thickness is measured between these distances along the rake face, in feeds: above the shear zone, whose
-/// upper end is one feed up at a rake angle of zero.
+/// Chip thickness is measured between these distances along the rake face, in feeds: above the shear zone,
+/// whose upper end is one feed up at a rake angle of zero.
 const STRIP: [f64; 2] = [1.0, 1.5];
 
 /// Sums over all points at one time.

@@ -1,17 +1,18 @@
 //! A run as a co-simulation master sees it: inputs with slopes, communication points, outputs, saved states.
 //!
-//! The solver keeps its own clock. It runs ahead of the communication point by less than one substep; an input
-//! counts from the first substep that starts at or after its communication point; means over a communication step
-//! take the fraction of the last substep's impulse that belongs to it. So the state after a span of time does not
-//! depend on how the span is cut into communication steps.
+//! The solver keeps its own clock. It runs ahead of the communication point by less than one substep; an
+//! input counts from the first substep that starts at or after its communication point; means over a
+//! communication step take the fraction of the last substep's impulse that belongs to it. So the state after
+//! a span of time does not depend on how the span is cut into communication steps.
 //!
 //! * this file: `Session`, its checks, how it advances, its bytes;
 //! * `outputs`: what is shown at a communication point, by the table of `variables::outputs`;
 //! * `run_state`: what a session keeps beside its solver, all of it part of a saved state;
 //! * [`cost_estimate`]: what a run will cost.
 //!
-//! What may be touched: a new field of `RunState` changes the bytes of a state and needs a new format number below and a
-//! check in `RunState::check`; substeps read nothing but `RunState` and the solver, or a saved state would go another way.
+//! What may be touched: a new field of `RunState` changes the bytes of a state and needs a new format number
+//! below and a check in `RunState::check`; substeps read nothing but `RunState` and the solver, or a saved
+//! state would go another way.
 
 pub mod cost_estimate;
 mod outputs;
@@ -34,9 +35,9 @@ use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 
 /// Time constant of the first-order filter behind `cutting_force_min` and `cutting_force_max` (s).
-pub const FORCE_FILTER: f64 = 5e-8;
-/// Points per thread below which a further thread costs more than it brings: two are 1.6 times one with 7,500 points, which have three
-/// chunks, 1.3 times with 4,800, which have two, and with one chunk not at all.
+const FORCE_FILTER: f64 = 5e-8;
+/// Points per thread below which a further thread costs more than it brings: two are 1.6 times one with 7,500
+/// points, which have three chunks, 1.3 times with 4,800, which have two, and with one chunk not at all.
 const POINTS_PER_THREAD: usize = 3000;
 /// Longest wall time between two calls of the watcher.
 const WATCH_INTERVAL: Duration = Duration::from_millis(100);
@@ -66,8 +67,8 @@ impl Session {
     /// Checks the scene and builds its points, grid and tool at rest, at `start_time` (s).
     ///
     /// # Errors
-    /// A value out of range or not finite, values that do not go together, an effect that this version does not have, or a
-    /// results directory that cannot be used.
+    /// A value out of range or not finite, values that do not go together, an effect that this version does
+    /// not have, or a results directory that cannot be used.
     pub fn new(scene: &Scene, start_time: f64) -> Result<Self, Error> {
         Self::with_parameters(scene, start_time, &[])
     }
@@ -102,7 +103,7 @@ impl Session {
             scene,
         };
         let mut session = Session { run, solver };
-        session.survey();
+        session.run.survey(session.solver.as_ref());
         Ok(session)
     }
 
@@ -116,10 +117,12 @@ impl Session {
         self.run.start + self.run.time
     }
 
-    /// Estimates what the run from here to `stop_time` (s) takes with the present inputs, and shows it as an output.
+    /// Estimates what the run from here to `stop_time` (s) takes with the present inputs, and shows it as an
+    /// output.
     ///
     /// # Errors
-    /// `Error::Unstable` when a copy of the solver cannot make its first substeps, as this one then could not.
+    /// `Error::Unstable` when a copy of the solver cannot make its first substeps, as this one then could
+    /// not.
     pub fn estimate(&mut self, stop_time: f64) -> Result<Estimate, Error> {
         let run = &mut self.run;
         let duration = (stop_time - run.start - self.solver.progress().clock).max(0.0);
@@ -131,8 +134,8 @@ impl Session {
     /// Checks values of the inputs against the table's ranges and the scene.
     ///
     /// # Errors
-    /// `Error::OutOfRange` for a value out of range or not finite, and for a feed that leaves less than two cells below the
-    /// tool.
+    /// `Error::OutOfRange` for a value out of range or not finite, and for a feed that leaves less than two
+    /// cells below the tool.
     pub fn check_inputs(&self, inputs: &Inputs) -> Result<(), Error> {
         variables::check_inputs(inputs)?;
         checks::check_feed(&self.run.scene, inputs.feed)
@@ -141,8 +144,8 @@ impl Session {
     /// Inputs from the present communication point on; slopes (per second) are all zero unless given.
     ///
     /// # Errors
-    /// What `check_inputs` refuses, and a slope that is not finite; the old inputs are kept then. Where slopes lead is the
-    /// caller's to check, who knows how long they hold.
+    /// What `check_inputs` refuses, and a slope that is not finite; the old inputs are kept then. Where
+    /// slopes lead is the caller's to check, who knows how long they hold.
     pub fn set_inputs(&mut self, inputs: Inputs, slopes: Inputs) -> Result<(), Error> {
         self.check_inputs(&inputs)?;
         variables::check_slopes(&slopes)?;
@@ -155,8 +158,9 @@ impl Session {
 
     /// Runs the substeps up to the communication point `time` (s) and updates the outputs.
     ///
-    /// `watch` is called between substeps with the solver's clock (s), at least every 0.1 s of wall time; when it
-    /// returns false the run stops at a substep, with `Advance::StoppedAt`, and can go on by calling again.
+    /// `watch` is called between substeps with the solver's clock (s), at least every 0.1 s of wall time;
+    /// when it returns false the run stops at a substep, with `Advance::StoppedAt`, and can go on by calling
+    /// again.
     ///
     /// # Errors
     /// `Error::Unstable` when the solver cannot go on, `Error::File` when a result cannot be written.
@@ -167,7 +171,7 @@ impl Session {
     ) -> Result<Advance, Error> {
         let end = time - self.run.start;
         if !self.is_behind(end) {
-            self.communicate(end)?;
+            self.run.communicate(self.solver.as_ref(), end)?;
             return Ok(Advance::Reached);
         }
         let threads = self.threads();
@@ -176,7 +180,8 @@ impl Session {
         } else {
             match in_pool(threads, || self.run_to(end, true, watch)) {
                 Ok(advance) => advance,
-                // Without threads of our own (a sandbox, a limit on processes) the work is done on the caller's.
+                // Without threads of our own (a sandbox, a limit on processes) the work is done on the
+                // caller's.
                 Err(_) => self.run_to(end, false, watch),
             }
         }?;
@@ -184,9 +189,10 @@ impl Session {
             Advance::Reached => end,
             Advance::StoppedAt(clock) => clock - self.run.start,
         };
-        self.communicate(reached)?;
+        self.run.communicate(self.solver.as_ref(), reached)?;
         if advance == Advance::Reached {
-            // After the outputs, so that its row of the history holds what they are at this communication point.
+            // After the outputs, so that its row of the history holds what they are at this communication
+            // point.
             self.write_due_frame()?;
         }
         Ok(advance)
@@ -294,7 +300,7 @@ impl Session {
         let clock = self.run.start + self.solver.progress().clock;
         if self.run.results.as_ref().is_some_and(|results| results.due(clock)) {
             let fields = self.point_fields();
-            let (time, outputs) = self.outputs_now();
+            let (time, outputs) = self.run.outputs_now(self.solver.as_ref());
             if let Some(results) = &mut self.run.results {
                 results.write_frame(&fields, time, &outputs)?;
             }
@@ -312,7 +318,8 @@ impl Session {
         self.run.results.as_ref().map(ResultsWriter::notice)
     }
 
-    /// Lets another run write into `results.directory`; this one takes it up again with its next frame, if it is free then.
+    /// Lets another run write into `results.directory`; this one takes it up again with its next frame, if it
+    /// is free then.
     pub fn release_results(&mut self) {
         if let Some(results) = &mut self.run.results {
             results.release();

@@ -1,13 +1,13 @@
 //! Outputs of a run: what the table of `variables::outputs` says of each, read from the solver.
 //!
-//! * outputs of the state (energies, chip, extremes) are read from the points and totals at the solver's clock;
-//! * outputs of a step (means, extremes of the filtered force) are those since the last communication point. A mean is
-//!   the difference of running totals over the time between; where no substep ends in between it is the last substep's own,
-//!   as the difference would be one of rounding.
+//! * outputs of the state (energies, chip, extremes) are read from the points and totals at the solver's
+//!   clock;
+//! * outputs of a step (means, extremes of the filtered force) are those since the last communication point.
+//!   A mean is the difference of running totals over the time between; where no substep ends in between it is
+//!   the last substep's own, as the difference would be one of rounding.
 //!
 //! To touch for a new output: its entry in the table, and what it reads here if that is not here yet.
 
-use super::Session;
 use super::run_state::{RunState, RunTotals};
 use crate::energy::ledger::Ledger;
 use crate::error::Error;
@@ -49,13 +49,18 @@ impl<'a> Readings<'a> {
         self.survey.chip_thickness(self.feed, self.scene.workpiece.width)
     }
 
+    /// Mean temperature of the chip (K); the initial one before there is a chip.
+    fn chip_temperature(&self) -> f64 {
+        self.survey.chip_temperature().unwrap_or(self.scene.workpiece.initial_temperature)
+    }
+
     /// Largest rise of temperature in the tool (K).
     fn hottest_of_tool(&self) -> f64 {
         self.heat.tool.iter().fold(0.0, |most: f64, &rise| most.max(rise))
     }
 
-    /// Unaccounted energy over the tool's work; before the tool has worked, over what a feed × feed × width block holds
-    /// elastically at yield (-).
+    /// Unaccounted energy over the tool's work; before the tool has worked, over what a feed × feed × width
+    /// block holds elastically at yield (-).
     fn balance_error(&self) -> f64 {
         let constants = &self.scene.material.constants;
         let yield_energy = constants.yield_stress.powi(2) / (2.0 * constants.youngs_modulus);
@@ -67,7 +72,8 @@ impl<'a> Readings<'a> {
 
     /// How far the cut has come.
     fn chip_state(&self) -> ChipState {
-        // A substep without a touch is not the end: points come and go by ones. A point's width without any is.
+        // A substep without a touch is not the end: points come and go by ones. A point's width without any
+        // is.
         let spacing = self.scene.numerics.point_spacing;
         let has_chip = self.survey.chip_temperature().is_some();
         match self.progress.touches {
@@ -141,12 +147,15 @@ macro_rules! functions {
 outputs!(functions);
 
 impl RunState {
-    /// Outputs of the step from the last communication point to `end` (since the start, s), beside those of the state in
-    /// `outputs`; `now` are the totals at `end`.
+    /// What is shown of the step from the last communication point on.
+    ///
+    /// * `outputs`: those of the state at the step's end
+    /// * `after`: totals after the last substep
+    /// * `now`: totals at the step's end, within the last substep
     fn step_readings(&self, outputs: &Outputs, after: &RunTotals, now: &RunTotals) -> StepReadings {
         let last = &self.at_point;
-        // Between which totals means are taken. In a span within the last substep, during which all grow evenly, those
-        // around the substep; without any span the means stay what they were.
+        // Between which totals means are taken. In a span within the last substep, during which all grow
+        // evenly, those around the substep; without any span the means stay what they were.
         let is_within_substep = last.time >= self.before_substep.time;
         let (from, to) = if is_within_substep { (&self.before_substep, after) } else { (last, now) };
         let span = to.time - from.time;
@@ -173,49 +182,47 @@ impl RunState {
             removal: (outputs.chip_thickness > 0.0 && removal > 0.0).then_some(removal),
         }
     }
-}
 
-impl Session {
     /// Brings the outputs of the state up to date.
-    pub(super) fn survey(&mut self) {
-        let Session { run, solver } = self;
-        fill_state(&mut run.outputs, &Readings::of(&run.scene, solver.as_ref()));
+    pub(super) fn survey(&mut self, solver: &dyn Solver) {
+        fill_state(&mut self.outputs, &Readings::of(&self.scene, solver));
     }
 
     /// Outputs at the communication point `end` (since the start, s), which is the last one from here on.
-    pub(super) fn communicate(&mut self, end: f64) -> Result<(), Error> {
-        let after = RunTotals::of(self.solver.progress());
-        if after.substeps > self.run.at_point.substeps {
-            self.survey();
-            if !self.run.outputs.balance_error.is_finite() {
+    ///
+    /// # Errors
+    /// `Error::Unstable` when the energy of the points is no finite number.
+    pub(super) fn communicate(&mut self, solver: &dyn Solver, end: f64) -> Result<(), Error> {
+        let after = RunTotals::of(solver.progress());
+        if after.substeps > self.at_point.substeps {
+            self.survey(solver);
+            if !self.outputs.balance_error.is_finite() {
                 return Err(Error::Unstable(format!(
                     "the run became unstable by t = {end:.6e} s: the energy of its points is no finite number"
                 )));
             }
         }
-        let run = &mut self.run;
-        let now = RunTotals::between(&run.before_substep, &after, end);
-        let readings = run.step_readings(&run.outputs, &after, &now);
-        fill_step(&mut run.outputs, &readings);
-        run.force_range = None;
-        run.at_point = now;
-        run.time = end;
+        let now = RunTotals::between(&self.before_substep, &after, end);
+        let readings = self.step_readings(&self.outputs, &after, &now);
+        fill_step(&mut self.outputs, &readings);
+        self.force_range = None;
+        self.at_point = now;
+        self.time = end;
         Ok(())
     }
 
-    /// Time (s) and outputs as the FMU would return them now, were the solver's clock a communication point; at a
-    /// communication point these are that point's.
-    pub(super) fn outputs_now(&self) -> (f64, Outputs) {
-        let run = &self.run;
-        let after = RunTotals::of(self.solver.progress());
-        let mut outputs = run.outputs.clone();
-        if after.substeps == run.at_point.substeps {
-            return (self.time(), outputs);
+    /// Time (s) and outputs as the FMU would return them now, were the solver's clock a communication point;
+    /// at a communication point these are that point's.
+    pub(super) fn outputs_now(&self, solver: &dyn Solver) -> (f64, Outputs) {
+        let after = RunTotals::of(solver.progress());
+        let mut outputs = self.outputs.clone();
+        if after.substeps == self.at_point.substeps {
+            return (self.start + self.time, outputs);
         }
-        fill_state(&mut outputs, &Readings::of(&run.scene, self.solver.as_ref()));
-        let now = RunTotals::between(&run.before_substep, &after, after.time);
-        let readings = run.step_readings(&outputs, &after, &now);
+        fill_state(&mut outputs, &Readings::of(&self.scene, solver));
+        let now = RunTotals::between(&self.before_substep, &after, after.time);
+        let readings = self.step_readings(&outputs, &after, &now);
         fill_step(&mut outputs, &readings);
-        (run.start + after.time, outputs)
+        (self.start + after.time, outputs)
     }
 }

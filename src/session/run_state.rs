@@ -1,4 +1,5 @@
-//! What a session keeps beside its solver: inputs and their slopes, and the totals between which means are taken.
+//! What a session keeps beside its solver: inputs and their slopes, and the totals between which means are
+//! taken.
 
 use crate::output::results::ResultsWriter;
 use crate::scene::{Inputs, Scene};
@@ -97,7 +98,8 @@ impl RunState {
         ToolMotion { velocity: [-speed, catch_up - self.slopes.feed], friction }
     }
 
-    /// Checks a state that was read from bytes against itself and what the solver has read; the text says what is wrong.
+    /// Checks a state that was read from bytes against itself and what the solver has read; the text says
+    /// what is wrong.
     ///
     /// The scene, the inputs' ranges and the points are checked by the session.
     pub(super) fn check(&self, progress: &Progress) -> Result<(), String> {

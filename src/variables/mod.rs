@@ -1,15 +1,17 @@
-//! The one table of all variables: what an importer, a scene file, the range checks and the README know of them.
+//! The one table of all variables: what an importer, a scene file, the range checks and the README know of
+//! them.
 //!
 //! * `process`, `material`, `numerics`: parameters of each, as tables;
 //! * `outputs`: inputs and outputs, and the struct `Outputs` made from the latter;
 //! * [`enumerations`], [`units`]: types that the tables use;
 //! * `text`: values as a user types and reads them.
 //!
-//! What may be touched: a parameter is one entry of a table and a field of `scene`; an output is one entry of `outputs`. The
-//! solver knows nothing of this room, and this room nothing of the solver: sessions, files and the FMU stand on it.
+//! What may be touched: a parameter is one entry of a table and a field of `scene`; an output is one entry of
+//! `outputs`. The solver knows nothing of this room, and this room nothing of the solver: sessions, files and
+//! the FMU stand on it.
 //!
-//! Value references are unique over all types and fixed for good: 1–99 inputs, 100–999 outputs, 1000–1999 parameters.
-//! A new variable takes a new number; none is used again.
+//! Value references are unique over all types and fixed for good: 1–99 inputs, 100–999 outputs, 1000–1999
+//! parameters. A new variable takes a new number; none is used again.
 
 pub mod enumerations;
 mod material;
@@ -293,7 +295,8 @@ fn for_each_input(
     Ok(())
 }
 
-/// Checks every parameter and start input of a scene against its range; what belongs together is the scene's own check.
+/// Checks every parameter and start input of a scene against its range; what belongs together is the scene's
+/// own check.
 ///
 /// # Errors
 /// The first value that is out of range.
