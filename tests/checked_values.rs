@@ -2,7 +2,9 @@
 //! whoever asks.
 
 use swarf::checkpoint::Envelope;
-use swarf::scene::Inputs;
+use swarf::material::library;
+use swarf::scene::{Accuracy, Inputs, Speed};
+use swarf::setup::checks;
 use swarf::variables::{self, Causality, Kind};
 use swarf::{Error, Scene, Session};
 
@@ -59,6 +61,28 @@ fn every_integer_out_of_its_range_and_a_start_without_a_time_are_refused() {
     for start in [f64::NAN, f64::INFINITY] {
         assert!(refusal(Session::new(&Scene::default(), start), "start", start).contains("start time"));
     }
+}
+
+/// A state holds the scene as built, and is checked like any other: what a library, a preset or a speed level
+/// puts in must lie inside the ranges, or no state of such a run could be read back.
+#[test]
+fn what_is_filled_in_lies_inside_the_ranges() {
+    let mut tried = 0;
+    for material in library::names() {
+        for (_, accuracy) in Accuracy::ALL {
+            for (_, speed) in Speed::ALL {
+                let mut scene = Scene::default();
+                scene.material.name = material.into();
+                (scene.numerics.accuracy, scene.numerics.speed) = (*accuracy, *speed);
+                let built = checks::check(&scene).expect("a good scene");
+                if let Err(error) = variables::check_ranges(&built) {
+                    panic!("{material}, {accuracy:?}, {speed:?}: {error}");
+                }
+                tried += 1;
+            }
+        }
+    }
+    assert!(tried > 12, "only {tried} scenes tried");
 }
 
 /// A small cut, half a microsecond old.

@@ -136,6 +136,10 @@ impl RunState {
                 self.time >= 0.0 && progress.clock >= 0.0 && progress.last_step >= 0.0,
                 "its times run backwards",
             ),
+            (
+                self.time <= progress.clock + progress.last_step,
+                "its clock lies before its communication point",
+            ),
             (self.inputs_time <= self.time, "its inputs are younger than it"),
             (self.at_point.time == self.time, "its totals are not those of its communication point"),
             (self.before_substep.time <= progress.clock, "its last substep ends before it begins"),
