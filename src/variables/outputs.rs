@@ -71,37 +71,39 @@ impl From<ChipState> for f64 {
 /// * `state |r| …`: read from the present state, `session::outputs::Readings`;
 /// * `step |s| …`: read from a communication step, `session::outputs::StepReadings`;
 /// * `estimate`: put in by `Session::estimate`; a time of this machine, no part of a saved state.
+// rustfmt would move the continued lines at every call.
+#[rustfmt::skip]
 macro_rules! outputs {
     ($made:ident) => {
         $made! {
             cutting_force {
                 variable: 100 "cutting_force" real(&NEWTON, "", [-NONE, NONE], Some(500.0)),
                 meaning: "force of the workpiece on the tool against the cutting direction, mean over \
-    the last communication step",
+                    the last communication step",
                 source: step |s| s.force[0],
             }
             thrust_force {
                 variable: 101 "thrust_force" real(&NEWTON, "", [-NONE, NONE], Some(100.0)),
                 meaning: "force of the workpiece on the tool normal to the machined surface, positive \
-    away from the workpiece, mean over the last communication step",
+                    away from the workpiece, mean over the last communication step",
                 source: step |s| s.force[1],
             }
             cutting_force_min {
                 variable: 102 "cutting_force_min" real(&NEWTON, "", [-NONE, NONE], Some(500.0)),
                 meaning: "smallest cutting force within the last communication step, smoothed over 0.05 \
-    µs",
+                    µs",
                 source: step |s| s.force_range[0],
             }
             cutting_force_max {
                 variable: 103 "cutting_force_max" real(&NEWTON, "", [-NONE, NONE], Some(500.0)),
                 meaning: "largest cutting force within the last communication step, smoothed over 0.05 \
-    µs",
+                    µs",
                 source: step |s| s.force_range[1],
             }
             chip_temperature {
                 variable: 104 "chip_temperature" real(&KELVIN, "degC", [0.0, NONE], Some(500.0)),
                 meaning: "mass-weighted mean temperature of the chip (material above the machined \
-    surface with plastic strain above 0.05); the initial temperature before there is one",
+                    surface with plastic strain above 0.05); the initial temperature before there is one",
                 source: state |r| r.chip_temperature(),
             }
             chip_temperature_peak {
@@ -112,13 +114,13 @@ macro_rules! outputs {
             peak_strain {
                 variable: 106 "peak_strain" real(&ONE, "", [0.0, NONE], Some(5.0)),
                 meaning: "highest equivalent plastic strain of any material point; a few crushed points \
-    at the edge rule it",
+                    at the edge rule it",
                 source: state |r| r.survey.peak_strain,
             }
             peak_strain_p999 {
                 variable: 107 "peak_strain_p999" real(&ONE, "", [0.0, NONE], Some(5.0)),
                 meaning: "99.9th percentile of the equivalent plastic strain over points that have \
-    yielded",
+                    yielded",
                 source: state |r| r.survey.strain_p999(),
             }
             chip_thickness {
@@ -134,7 +136,7 @@ macro_rules! outputs {
             shear_angle {
                 variable: 110 "shear_angle" real(&RADIAN, "deg", [-NONE, NONE], Some(0.5)),
                 meaning: "angle of the shear plane to the cutting direction, from chip thickness ratio \
-    and rake angle",
+                    and rake angle",
                 source: state |r| shear_angle(r.feed, r.chip_thickness(), r.scene.tool.rake_angle),
             }
             cut_length {
@@ -145,7 +147,7 @@ macro_rules! outputs {
             cutting_power {
                 variable: 112 "cutting_power" real(&WATT, "kW", [-NONE, NONE], Some(1e4)),
                 meaning: "work rate of the tool on the workpiece, mean over the last communication \
-    step",
+                    step",
                 source: step |s| s.power,
             }
             specific_cutting_energy {
@@ -182,7 +184,7 @@ macro_rules! outputs {
             damping {
                 variable: 119 "energy.damping" real(&JOULE, "mJ", [-NONE, NONE], Some(0.1)),
                 meaning: "energy that the numerical scheme itself dissipates since the start: transfer \
-    between points and grid, explicit time steps, volumetric locking control",
+                    between points and grid, explicit time steps, volumetric locking control",
                 source: state |r| r.ledger.damping,
             }
             contact_loss {
@@ -203,7 +205,7 @@ macro_rules! outputs {
             balance_error {
                 variable: 123 "energy.balance_error" real(&ONE, "%", [-NONE, NONE], Some(0.01)),
                 meaning: "unaccounted energy over the tool work, or over the elastic energy of a feed x \
-    feed x width block at yield if that is more",
+                    feed x width block at yield if that is more",
                 source: state |r| r.balance_error(),
             }
             substeps {
@@ -224,7 +226,7 @@ macro_rules! outputs {
             retired_points {
                 variable: 127 "numerics.retired_points" integer([0, i32::MAX]),
                 meaning: "material points that left the domain; their mass and energy stay in the \
-    ledger",
+                    ledger",
                 source: state |r| count(r.ledger.retired_points),
             }
             min_jacobian {
@@ -235,7 +237,7 @@ macro_rules! outputs {
             tool_position_x {
                 variable: 129 "tool_position_x" real(&METRE, "mm", [-NONE, NONE], Some(1e-3)),
                 meaning: "position along the cut of the tool's lowest point, from the workpiece's lower \
-    left corner",
+                    left corner",
                 source: state |r| r.tool.position[0],
             }
             tool_position_y {
@@ -266,53 +268,53 @@ macro_rules! outputs {
             retries {
                 variable: 190 "numerics.retries" integer([0, i32::MAX]),
                 meaning: "time steps since the start that were solved again at half their length, \
-    because a point would have moved too far or changed its volume too much",
+                    because a point would have moved too far or changed its volume too much",
                 source: state |r| count(r.progress.retries),
             }
             stray_velocities {
                 variable: 191 "numerics.stray_velocities" integer([0, i32::MAX]),
                 meaning: "velocities of points since the start that were brought back because they were \
-    foreign to all nodes around: what the transfer stores and the grid cannot see",
+                    foreign to all nodes around: what the transfer stores and the grid cannot see",
                 source: state |r| count(r.progress.null_space_velocities),
             }
             force_error_band {
                 variable: 200 "numerics.force_error_band" real(&ONE, "%", [0.0, NONE], Some(0.05)),
                 meaning: "share of the cutting force that it may be off by at this spacing and speed \
-    level, from the price list measured on the reference cut; 1 where that knows nothing, as \
-    for numerics.contact other than surface; 0 before the model is built",
+                    level, from the price list measured on the reference cut; 1 where that knows nothing, as \
+                    for numerics.contact other than surface; 0 before the model is built",
                 source: state |r| presets::force_error_band(r.scene, r.feed),
             }
             #[serde(skip)]
             estimated_cpu_time {
                 variable: 201 "numerics.estimated_cpu_time" real(&SECOND, "", [0.0, NONE], Some(10.0)),
                 meaning: "processor time of all threads from start to stop time (without a stop time: \
-    over the default experiment's 40 µs), estimated when initialization is left; 0 before, \
-    and in a state restored from bytes",
+                    over the default experiment's 40 µs), estimated when initialization is left; 0 before, \
+                    and in a state restored from bytes",
                 source: estimate,
             }
             thermoelastic {
                 variable: 171 "energy.thermoelastic" real(&JOULE, "mJ", [-NONE, NONE], Some(0.1)),
                 meaning: "elastic energy that heat took since the start by expanding the material, \
-    negative where it gave it",
+                    negative where it gave it",
                 source: state |r| r.ledger.thermoelastic,
             }
             tool_heat {
                 variable: 172 "energy.tool_heat" real(&JOULE, "mJ", [-NONE, NONE], Some(0.1)),
                 meaning: "heat that went into the tool since the start, for effects.heat = conduction: \
-    its share of the friction work and, with effects.tool_heat, what flows through the \
-    contact",
+                    its share of the friction work and, with effects.tool_heat, what flows through the \
+                    contact",
                 source: state |r| r.heat.friction_in_tool + r.heat.contact,
             }
             tool_temperature_peak {
                 variable: 170 "tool_temperature_peak" real(&KELVIN, "degC", [0.0, NONE], Some(500.0)),
                 meaning: "highest temperature of the tool, for effects.tool_heat; the initial \
-    temperature of the workpiece without",
+                    temperature of the workpiece without",
                 source: state |r| r.scene.workpiece.initial_temperature + r.hottest_of_tool(),
             }
             damage_work {
                 variable: 180 "energy.damage" real(&JOULE, "mJ", [-NONE, NONE], Some(0.1)),
                 meaning: "work of separation since the start: plastic work of material past the \
-    initiation of damage, and the elastic energy that damage releases",
+                    initiation of damage, and the elastic energy that damage releases",
                 source: state |r| r.ledger.damage_work,
             }
             viscous_work {
@@ -323,8 +325,8 @@ macro_rules! outputs {
             sticking_share {
                 variable: 182 "sticking_share" real(&ONE, "%", [0.0, NONE], Some(0.5)),
                 meaning: "share of the area of contact where the material sticks to the tool, mean over \
-    the last communication step: friction there is below Coulomb's, capped by the shear \
-    strength or at rest on the tool; 0 without effects.sticking",
+                    the last communication step: friction there is below Coulomb's, capped by the shear \
+                    strength or at rest on the tool; 0 without effects.sticking",
                 source: step |s| s.sticking_share,
             }
         }
