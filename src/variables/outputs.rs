@@ -29,9 +29,9 @@ pub(super) static INPUTS: &[Variable] = &[
     Variable {
         reference: 2,
         name: "feed",
-        description: "uncut chip thickness: depth of the tool's lowest point below the workpiece's top surface, \
-                      at most the workpiece height less two cells; a jump is followed at tool.feed_rate_limit, \
-                      an input derivative exactly",
+        description: "uncut chip thickness: depth of the tool's lowest point below the workpiece's top \
+                      surface, at most the workpiece height less two cells; a jump is followed at \
+                      tool.feed_rate_limit, an input derivative exactly",
         kind: real(&METRE, "mm", [0.0, NONE], Some(1e-4), input!(feed)),
     },
     Variable {
