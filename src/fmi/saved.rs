@@ -94,6 +94,10 @@ impl Model {
             return Err(damaged("the run does not belong to the state of the instance"));
         }
         if let Some(session) = &session {
+            // A run that failed may hold anything; nothing goes on from it.
+            if header.state != State::Failed {
+                session.check_run()?;
+            }
             session.check_inputs(&header.scene.inputs).map_err(|error| damaged(&error.to_string()))?;
         }
         Ok(Model { header, session })

@@ -8,14 +8,14 @@
 //! * [`point_fields`]: the fields of all points at one time;
 //! * [`survey`]: sums over the points: chip temperature, thickness, strains;
 //! * [`profiles`], [`segmentation`]: machined surface, rake face, shear bands;
-//! * [`results`], [`vtk`]: the files of `results.directory`; `directory_lock`: one run at a time in it;
+//! * [`results`], [`vtk`]: the files of `results.directory`; [`directory_lock`]: one run at a time in it;
 //! * `plot`: pictures and charts (feature `plot`, no part of the shipped library).
 
 pub mod point_fields;
 pub mod survey;
 pub mod profiles;
 pub mod segmentation;
-mod directory_lock;
+pub mod directory_lock;
 pub mod results;
 pub mod vtk;
 #[cfg(feature = "plot")]

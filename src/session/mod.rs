@@ -336,7 +336,9 @@ impl Session {
     /// # Errors
     /// `Error::DamagedState` when anything does not fit.
     pub fn restore(bytes: &[u8]) -> Result<Self, Error> {
-        Session::from_bytes(ENVELOPE.open(bytes)?)
+        let session = Session::from_bytes(ENVELOPE.open(bytes)?)?;
+        session.check_run()?;
+        Ok(session)
     }
 
     /// The whole state as bytes that go into an envelope.
@@ -346,12 +348,12 @@ impl Session {
         postcard::to_stdvec(&saved).expect("plain data always serialises to memory")
     }
 
-    /// A session from the bytes that `to_bytes` gave, every value of which is checked.
+    /// A session from the bytes that `to_bytes` gave, every value of its scene checked; `check_run` checks
+    /// the rest.
     ///
     /// # Errors
     /// `Error::DamagedState` when anything does not fit.
     pub(crate) fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let damaged = |text: &str| Error::DamagedState(text.into());
         let unreadable = |_| damaged("its content cannot be read");
         let (saved, rest): (Saved, _) = postcard::take_from_bytes(bytes).map_err(unreadable)?;
         if !rest.is_empty() {
@@ -361,11 +363,17 @@ impl Session {
         let scene = checked(&saved.run.scene).map_err(|error| damaged(&error.to_string()))?;
         let mut solver = setup::build(&scene)?;
         solver.restore(&saved.bulk, &saved.progress)?;
-        let session = Session { run: saved.run, solver };
-        session.run.check(session.solver.progress()).map_err(|text| damaged(&text))?;
-        session.check_inputs(&session.run.inputs).map_err(|error| damaged(&error.to_string()))?;
-        session.check_points()?;
-        Ok(session)
+        Ok(Session { run: saved.run, solver })
+    }
+
+    /// Checks every value of a run that was read from bytes and is to go on: totals, outputs, inputs, points.
+    ///
+    /// # Errors
+    /// `Error::DamagedState` naming what is wrong.
+    pub(crate) fn check_run(&self) -> Result<(), Error> {
+        self.run.check(self.solver.progress()).map_err(|text| damaged(&text))?;
+        self.check_inputs(&self.run.inputs).map_err(|error| damaged(&error.to_string()))?;
+        self.check_points()
     }
 
     /// Refuses points that no run leaves behind.
@@ -384,10 +392,14 @@ impl Session {
             }
         });
         match wrong {
-            Some(id) => Err(Error::DamagedState(format!("the numbers of point {id} are none of a body"))),
+            Some(id) => Err(damaged(&format!("the numbers of point {id} are none of a body"))),
             None => Ok(()),
         }
     }
+}
+
+fn damaged(text: &str) -> Error {
+    Error::DamagedState(text.into())
 }
 
 /// Checks every value of a scene, by itself and with the others, and fills in what follows from them.
