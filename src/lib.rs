@@ -9,6 +9,7 @@ pub mod simd;
 pub mod checkpoint;
 pub mod dimension;
 pub mod scene;
+pub mod variables;
 pub mod tool;
 pub mod points;
 pub mod material;
@@ -24,7 +25,6 @@ pub mod simulation;
 pub mod output;
 pub mod setup;
 pub mod session;
-pub mod variables;
 pub mod fmi;
 #[cfg(feature = "study")]
 pub mod study;

@@ -3,9 +3,9 @@
 
 use std::path::PathBuf;
 use std::process::Command;
-use swarf::output::point_fields::Outputs;
 use swarf::scene::{Inputs, Scene};
 use swarf::session::{Advance, Session};
+use swarf::variables::Outputs;
 
 /// End of most runs (s): one long communication step.
 const END: f64 = 7.3e-6;
@@ -34,7 +34,7 @@ fn run(mut session: Session, step: f64) -> Session {
     let none = Inputs { tool_velocity: 0.0, feed: 0.0, friction: 0.0 };
     let count = (END / step).round() as usize;
     for k in 1..=count {
-        session.set_inputs(inputs, none);
+        session.set_inputs(inputs, none).expect("good inputs");
         advance(&mut session, if k == count { END } else { k as f64 * step });
     }
     session

@@ -15,7 +15,7 @@ fn scene() -> Scene {
 }
 
 /// Outputs after a time (s), every communication step with a closed ledger.
-fn run(scene: &Scene, end: f64) -> swarf::output::point_fields::Outputs {
+fn run(scene: &Scene, end: f64) -> swarf::variables::Outputs {
     let mut session = Session::new(scene, 0.0).expect("a scene that runs");
     println!("{}", session.effects_summary());
     for k in 1..=10 {

@@ -4,6 +4,7 @@
 use swarf::scene::ContactChoice::{self, Distance, Surface, Velocity};
 use swarf::scene::{Heat, Scene};
 use swarf::session::Session;
+use swarf::variables::ChipState;
 
 /// A small cut, spacing 40 µm.
 fn scene(contact: ContactChoice) -> Scene {
@@ -34,7 +35,7 @@ fn every_law_cuts_and_keeps_its_books() {
             o.cutting_force, o.thrust_force, o.friction_work, o.tool_work, o.balance_error
         );
         assert!(o.balance_error.abs() < 1e-2, "{contact:?}: ledger {}", o.balance_error);
-        assert_eq!(o.chip_state, 3, "{contact:?}: the tool is not cutting");
+        assert_eq!(o.chip_state, ChipState::Cutting, "{contact:?}: the tool is not cutting");
         assert!(o.friction_work > 0.0, "{contact:?}: friction gave {} J", o.friction_work);
         assert!(o.contact_length > 0.0, "{contact:?}: no contact on the rake face");
         o.cutting_force

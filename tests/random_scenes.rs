@@ -11,10 +11,8 @@ use swarf::scene::{
     ContactChoice, DimensionChoice, Heat, Inputs, Law, Precision, Scene, ShapeChoice, Speed, TransferChoice,
 };
 use swarf::session::{Advance, Session};
-use swarf::setup::checks;
 use swarf::study::hard_cases::misuse::names_a_cause;
 use swarf::study::hard_cases::monitor::{not_finite, outputs_not_finite};
-use swarf::variables;
 
 /// Scenes of a run that does not say how many.
 const FEW: u32 = 150;
@@ -229,10 +227,7 @@ fn count(end: usize) {
 
 /// Runs the stages and holds what must hold.
 fn perform(scene: &Scene, stages: &[Stage]) -> Result<(), TestCaseError> {
-    let started = variables::check_ranges(scene)
-        .and_then(|()| checks::check(scene).map(|_| ()))
-        .and_then(|()| Session::new(scene, 0.0));
-    let mut session = match started {
+    let mut session = match Session::new(scene, 0.0) {
         Ok(session) => session,
         Err(error) => {
             prop_assert!(names_a_cause(&error), "the refusal names no cause: {error}");
@@ -241,11 +236,10 @@ fn perform(scene: &Scene, stages: &[Stage]) -> Result<(), TestCaseError> {
         }
     };
     for stage in stages {
-        if let Err(error) = session.check_inputs(&stage.inputs) {
+        if let Err(error) = session.set_inputs(stage.inputs, stage.slopes) {
             prop_assert!(names_a_cause(&error), "the refusal names no cause: {error}");
             continue;
         }
-        session.set_inputs(stage.inputs, stage.slopes);
         let time = session.time() + stage.duration;
         match session.advance_to(time, &mut |_| true) {
             Ok(Advance::Reached) => {}

@@ -5,12 +5,13 @@
 
 use std::collections::HashMap;
 use std::sync::{Mutex, OnceLock};
-use swarf::output::point_fields::{Outputs, PointFields};
+use swarf::output::point_fields::PointFields;
 use swarf::output::profiles::lowest_point;
 use swarf::output::segmentation::{Bands, bands, fibre};
 use swarf::scene::lattice::StartLattice;
 use swarf::scene::{Scene, Speed};
 use swarf::session::Session;
+use swarf::variables::{ChipState, Outputs};
 
 mod cut;
 use cut::{SPEED, STEP, advance, scene};
@@ -73,7 +74,7 @@ fn cut(scene: &Scene) -> Forces {
         o.peak_strain,
         o.peak_strain_p999
     );
-    assert_eq!(o.chip_state, 3, "{name}: the tool is not cutting");
+    assert_eq!(o.chip_state, ChipState::Cutting, "{name}: the tool is not cutting");
     let end = session.point_fields();
     let found = shear_bands(scene, &end);
     let bands = found.contrast;

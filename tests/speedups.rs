@@ -189,7 +189,7 @@ fn automatic_scaling_follows_the_speed() {
     let (mut factors, mut travel) = (vec![], 0.0);
     let mut time = 0.0;
     for speed in [50.0, 20.0, 8.0, 30.0] {
-        session.set_inputs(Inputs { tool_velocity: speed, ..scene.inputs }, no_slope);
+        session.set_inputs(Inputs { tool_velocity: speed, ..scene.inputs }, no_slope).expect("good inputs");
         time += 1e-4 / speed;
         travel += 1e-4;
         session.advance_to(time, &mut |_| true).expect("a stable run");

@@ -2,6 +2,7 @@
 
 use swarf::scene::{Inputs, Scene};
 use swarf::session::Session;
+use swarf::variables::ChipState;
 
 mod cut;
 use cut::{SPEED, STEP, advance, scene};
@@ -25,7 +26,7 @@ fn a_jump_of_the_feed_is_limited_in_rate() {
     let mut session = cutting(&scene);
     let start = session.outputs().tool_position_y;
     assert!((start - 0.7e-3).abs() < 1e-12, "the tip stands at {start} m");
-    session.set_inputs(Inputs { feed: 3.25e-4, ..scene.inputs }, NO_SLOPE);
+    session.set_inputs(Inputs { feed: 3.25e-4, ..scene.inputs }, NO_SLOPE).expect("good inputs");
     for k in 1..=5 {
         advance(&mut session, f64::from(10 + k) * STEP);
         let o = session.outputs();
@@ -55,10 +56,9 @@ fn a_ramp_of_the_feed_is_followed_exactly() {
         // The tool stands at the solver's clock, which runs ahead of the communication point: the input counts there.
         let (begin, clock) = (session.time(), session.point_fields().time);
         let feed_now = feed - slope * (clock - begin);
-        session.set_inputs(
-            Inputs { feed: feed_now, ..scene.inputs },
-            Inputs { tool_velocity: 2e6, feed: slope, friction: 0.0 },
-        );
+        let inputs = Inputs { feed: feed_now, ..scene.inputs };
+        let slopes = Inputs { tool_velocity: 2e6, feed: slope, friction: 0.0 };
+        session.set_inputs(inputs, slopes).expect("good inputs");
         advance(&mut session, f64::from(11 + k) * STEP);
         let (o, end) = (session.outputs(), session.point_fields().time);
         let (down, expected) = (1e-3 - o.tool_position_y - feed, slope * (end - clock));
@@ -87,7 +87,7 @@ fn friction_can_be_switched_on_the_way() {
     assert!(friction.abs() < 1e-12 * work, "friction work {friction} J without friction, of {work} J");
     let mut thrust = [0.0; 2];
     for (phase, friction) in [0.0, 0.2].into_iter().enumerate() {
-        session.set_inputs(Inputs { friction, ..scene.inputs }, NO_SLOPE);
+        session.set_inputs(Inputs { friction, ..scene.inputs }, NO_SLOPE).expect("good inputs");
         for _ in 0..10 {
             let next = session.time() + STEP;
             advance(&mut session, next);
@@ -109,12 +109,12 @@ fn a_reversed_tool_leaves_the_workpiece() {
     let scene = scene(2e-5, 0.2, 0.0, 3e-4);
     let mut session = cutting(&scene);
     let mut work = session.outputs().tool_work;
-    session.set_inputs(Inputs { tool_velocity: -SPEED, ..scene.inputs }, NO_SLOPE);
+    session.set_inputs(Inputs { tool_velocity: -SPEED, ..scene.inputs }, NO_SLOPE).expect("good inputs");
     for k in 11..=24 {
         advance(&mut session, f64::from(k) * STEP);
         let o = session.outputs();
         println!(
-            "{k} µs: force {:.1}, thrust {:.1} N, state {}",
+            "{k} µs: force {:.1}, thrust {:.1} N, state {:?}",
             o.cutting_force, o.thrust_force, o.chip_state
         );
         // In the first step the workpiece springs back with the tool and may return elastic energy.
@@ -125,7 +125,7 @@ fn a_reversed_tool_leaves_the_workpiece() {
     }
     // Retraced after 20 µs; what has been pushed out at the right side takes a little longer.
     let free = session.outputs().clone();
-    assert_eq!(free.chip_state, 4, "chip.state of a tool that has left");
+    assert_eq!(free.chip_state, ChipState::Left, "chip.state of a tool that has left");
     advance(&mut session, 25e-6);
     let o = session.outputs();
     assert_eq!(

@@ -112,7 +112,9 @@ impl Row {
         let mut formed = 0.0;
         for (speed, travel, share) in [(WARM_UP_SPEED, 3e-4, 0.9), (SPEED, 2e-6, 0.1)] {
             let inputs = Inputs { tool_velocity: speed, ..self.scene.inputs };
-            session.set_inputs(inputs, Inputs { tool_velocity: 0.0, feed: 0.0, friction: 0.0 });
+            session
+                .set_inputs(inputs, Inputs { tool_velocity: 0.0, feed: 0.0, friction: 0.0 })
+                .map_err(|e| e.to_string())?;
             let span = f64::min(travel / speed, share * most);
             let end = session.time() + span;
             session.advance_to(end, &mut |_| true).map_err(|e| e.to_string())?;

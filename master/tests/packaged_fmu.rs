@@ -48,7 +48,7 @@ fn run(instance: &mut Instance, from: u32, to: u32) -> Vec<Vec<u64>> {
 #[test]
 fn the_columns_of_result_files_are_outputs_of_the_fmu() {
     let fmu = Fmu::load(&packaged()).unwrap();
-    for column in swarf::output::point_fields::COLUMNS {
+    for column in swarf::variables::COLUMNS {
         let variable = fmu.description.variable(column.name).unwrap();
         assert_eq!(variable.causality, "output", "{}", column.name);
         if let swarf_master::description::Type::Real(unit) = &variable.kind {
@@ -56,7 +56,7 @@ fn the_columns_of_result_files_are_outputs_of_the_fmu() {
             assert_eq!(unit, column.unit, "unit of {}", column.name);
         }
     }
-    assert_eq!(output_variables(&fmu.description).len(), swarf::output::point_fields::COLUMNS.len());
+    assert_eq!(output_variables(&fmu.description).len(), swarf::variables::COLUMNS.len());
 }
 
 /// A reset instance has nothing left of its first life.

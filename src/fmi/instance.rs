@@ -1,15 +1,15 @@
 //! One instance of the FMU: its life from instantiation to termination, without a pointer.
 //!
-//! Every function checks the call order first and changes nothing when it refuses. Reading and setting variables is in
-//! `values`, FMU states are in `states`.
+//! Every function checks the call order first and changes nothing when it refuses. Reading and setting
+//! variables is in `values`, FMU states are in `states`.
 
-use super::calls::{self, Call, State};
+use super::calls::{self, Call};
 use super::description::guid;
 use super::logging::{Categories, Category, Log, Status};
 use super::progress::{Progress, advance_and_tell, summary};
 use super::refusal::Refusal;
-use super::saved::{Model, NO_SLOPES};
-use super::states::Saved;
+use super::saved::{Model, NO_SLOPES, Saved};
+use super::state::State;
 use super::steps::{check_sloped_inputs, check_step};
 use crate::scene::Scene;
 use crate::session::cost_estimate::Estimate;
@@ -37,7 +37,8 @@ pub struct Instance {
     log: Box<dyn Log>,
     categories: Categories,
     resources: Option<PathBuf>,
-    /// When the importer was last reported how far a step is; kept over steps, so that many short ones are reported of as well.
+    /// When the importer was last reported how far a step is; kept over steps, so that many short ones are
+    /// reported of as well.
     reported: Instant,
 }
 
@@ -70,7 +71,8 @@ impl Instance {
     /// A new instance.
     ///
     /// * `identity`: the GUID that the importer read from modelDescription.xml
-    /// * `resources`: folder of the unpacked FMU's resources, if given; not needed, as the material library is built in
+    /// * `resources`: folder of the unpacked FMU's resources, if given; not needed, as the material library
+    ///   is built in
     ///
     /// # Errors
     /// A GUID of another version of the interface.
@@ -121,16 +123,6 @@ impl Instance {
                 Status::Error
             }
         }
-    }
-
-    /// State in the call order.
-    pub fn state(&self) -> State {
-        self.model.header.state
-    }
-
-    /// Folder of the FMU's resources, if the importer gave a readable URI.
-    pub fn resources(&self) -> Option<&PathBuf> {
-        self.resources.as_ref()
     }
 
     /// Refuses a call that the present state does not allow.
@@ -199,7 +191,8 @@ impl Instance {
     /// Builds the model from the parameters and starts the run.
     ///
     /// # Errors
-    /// What `Session::new` refuses; the instance then stays in initialization mode and values can be corrected.
+    /// What `Session::new` refuses; the instance then stays in initialization mode and values can be
+    /// corrected.
     pub fn exit_initialization_mode(&mut self) -> Reply {
         self.require(&calls::EXIT_INITIALIZATION_MODE)?;
         let header = &mut self.model.header;
@@ -232,6 +225,9 @@ impl Instance {
     pub fn terminate(&mut self) -> Reply {
         self.require(&calls::TERMINATE)?;
         self.model.header.state = State::Terminated;
+        if let Some(session) = &mut self.model.session {
+            session.release_results();
+        }
         let text = format!("terminated at {:e} s", self.model.header.time);
         self.message(Status::Ok, Category::Events, &text);
         Ok(Status::Ok)
@@ -250,13 +246,13 @@ impl Instance {
 
     /// Advances from the communication point `time` by `step` (both s).
     ///
-    /// Values and slopes of the inputs count from `time` on. A step that was cut short is gone on with from the last
-    /// successful time, under the inputs it started with. When the step is done each input holds the value it has
-    /// reached, and slopes are zero until set again.
+    /// Values and slopes of the inputs count from `time` on. A step that was cut short is gone on with from
+    /// the last successful time, under the inputs it started with. When the step is done each input holds the
+    /// value it has reached, and slopes are zero until set again.
     ///
     /// # Errors
-    /// A step that does not fit the clock, the stop time or the range of a sloped input is refused and changes nothing.
-    /// When the solver cannot go on, the instance enters its error state.
+    /// A step that does not fit the clock, the stop time or the range of a sloped input is refused and
+    /// changes nothing. When the solver cannot go on, the instance enters its error state.
     pub fn do_step(&mut self, time: f64, step: f64) -> Reply {
         self.require(&calls::DO_STEP)?;
         let target = check_step(&self.model.header, time, step)?;
@@ -269,7 +265,7 @@ impl Instance {
         let end = |value: f64, slope: f64, until: f64| value + slope * (until - from);
         check_sloped_inputs(header, session, target)?;
         if header.state == State::StepComplete {
-            session.set_inputs(header.scene.inputs, slopes);
+            session.set_inputs(header.scene.inputs, slopes)?;
         }
         let tell = |text: String| log.log(Status::Ok, Category::Solver, &text);
         let (is_told, begun) = (categories.is_on(Category::Solver), Instant::now());
@@ -318,7 +314,8 @@ impl Instance {
         Ok(Status::Error)
     }
 
-    /// Answer to `fmi2GetStatus`, `fmi2GetIntegerStatus` and `fmi2GetStringStatus`, which only speak of pending steps.
+    /// Answer to `fmi2GetStatus`, `fmi2GetIntegerStatus` and `fmi2GetStringStatus`, which only speak of
+    /// pending steps.
     ///
     /// # Errors
     /// A wrong call order. Otherwise the standard's answer to what the FMU cannot tell: discard.

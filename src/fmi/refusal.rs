@@ -1,6 +1,6 @@
 //! Why a call is refused, in words that name what was asked, what is allowed and what holds now.
 
-use super::calls::State;
+use super::state::State;
 use crate::Error;
 use std::fmt;
 

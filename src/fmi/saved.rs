@@ -1,12 +1,13 @@
 //! The model of an instance: all that an FMU state holds, and its form as bytes.
 //!
-//! Bytes: the word `SWARFFMU`, format version (u32), hash of the interface (16 bytes), length of what follows but the
-//! checksum (u64), length of the header (u64), header, session, CRC-32 of everything before it. All little endian.
+//! Bytes: length of the header (u64, little endian), header, session, in one `checkpoint::Envelope` whose
+//! origin is the hash of the interface.
 
-use super::calls::State;
 use super::description::interface_hash;
+use super::state::State;
+use crate::checkpoint::Envelope;
 use crate::scene::{Inputs, Scene};
-use crate::{Error, Session};
+use crate::{Error, Session, variables};
 use serde::{Deserialize, Serialize};
 
 /// Everything that decides how an instance goes on.
@@ -38,11 +39,11 @@ pub struct Header {
 /// Slopes of inputs that keep their values.
 pub const NO_SLOPES: Inputs = Inputs { tool_velocity: 0.0, feed: 0.0, friction: 0.0 };
 
-const WORD: &[u8; 8] = b"SWARFFMU";
-const FORMAT: u32 = 2;
-/// Bytes before the header: word, format, interface, two lengths.
-const FRONT: usize = 8 + 4 + 16 + 8 + 8;
-const CHECKSUM: usize = 4;
+/// A saved model; the bytes are kept between asking for their number and asking for them.
+pub(super) struct Saved {
+    pub(super) model: Model,
+    pub(super) bytes: Option<Vec<u8>>,
+}
 
 impl Default for Model {
     fn default() -> Self {
@@ -65,19 +66,9 @@ impl Model {
     /// None known; a header that cannot be written would be `Error::DamagedState`.
     pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
         let header = postcard::to_stdvec(&self.header).map_err(|e| damaged(&e.to_string()))?;
-        let session = self.session.as_ref().map(Session::save).unwrap_or_default();
-        let length = 8 + header.len() + session.len();
-        let mut bytes = Vec::with_capacity(FRONT + header.len() + session.len() + CHECKSUM);
-        bytes.extend_from_slice(WORD);
-        bytes.extend_from_slice(&FORMAT.to_le_bytes());
-        bytes.extend_from_slice(&interface_hash());
-        bytes.extend_from_slice(&(length as u64).to_le_bytes());
-        bytes.extend_from_slice(&(header.len() as u64).to_le_bytes());
-        bytes.extend_from_slice(&header);
-        bytes.extend_from_slice(&session);
-        let checksum = crc32fast::hash(&bytes);
-        bytes.extend_from_slice(&checksum.to_le_bytes());
-        Ok(bytes)
+        let session = self.session.as_ref().map(Session::to_bytes).unwrap_or_default();
+        let length = (header.len() as u64).to_le_bytes();
+        Ok(envelope(&interface_hash()).seal(&[&length, &header, &session]))
     }
 
     /// A model from bytes, all of which are checked.
@@ -85,51 +76,56 @@ impl Model {
     /// # Errors
     /// `Error::DamagedState` naming what does not fit.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let (body, checksum) = bytes.split_last_chunk::<CHECKSUM>().ok_or_else(|| too_short(bytes))?;
-        if body.len() < FRONT {
-            return Err(too_short(bytes));
+        let hash = interface_hash();
+        let content = envelope(&hash).open(bytes)?;
+        let too_long = || damaged("its header is longer than it");
+        let (length, content) = content.split_first_chunk().ok_or_else(too_long)?;
+        let length = usize::try_from(u64::from_le_bytes(*length)).unwrap_or(usize::MAX);
+        let (header, session) = content.split_at_checked(length).ok_or_else(too_long)?;
+        let (header, rest): (Header, _) =
+            postcard::take_from_bytes(header).map_err(|e| damaged(&e.to_string()))?;
+        if !rest.is_empty() {
+            return Err(damaged("there is more in its header than a header"));
         }
-        let (word, rest) = take::<8>(body)?;
-        let (format, rest) = take::<4>(rest)?;
-        let (interface, rest) = take::<16>(rest)?;
-        let (length, rest) = take::<8>(rest)?;
-        if &word != WORD {
-            return Err(damaged("these bytes are no state of this FMU"));
-        }
-        if u32::from_le_bytes(format) != FORMAT {
-            let found = u32::from_le_bytes(format);
-            return Err(damaged(&format!("format version {found} where this FMU reads {FORMAT}")));
-        }
-        if interface != interface_hash() {
-            return Err(damaged("it was written by a version of the FMU with another GUID"));
-        }
-        if u64::from_le_bytes(length) != rest.len() as u64 {
-            let expected = u64::from_le_bytes(length);
-            return Err(damaged(&format!("{expected} bytes were written and {} are here", rest.len())));
-        }
-        if crc32fast::hash(body) != u32::from_le_bytes(*checksum) {
-            return Err(damaged("the checksum does not match"));
-        }
-        let (header_length, rest) = take::<8>(rest)?;
-        let header_length = usize::try_from(u64::from_le_bytes(header_length)).unwrap_or(usize::MAX);
-        let (header, session) =
-            rest.split_at_checked(header_length).ok_or_else(|| damaged("its header is longer than it"))?;
-        let header: Header = postcard::from_bytes(header).map_err(|e| damaged(&e.to_string()))?;
-        let session = if session.is_empty() { None } else { Some(Session::restore(session)?) };
+        header.check()?;
+        let session = if session.is_empty() { None } else { Some(Session::from_bytes(session)?) };
         let is_built = !matches!(header.state, State::Instantiated | State::Initialization);
         if is_built != session.is_some() {
             return Err(damaged("the run does not belong to the state of the instance"));
+        }
+        if let Some(session) = &session {
+            // A run that failed may hold anything; nothing goes on from it.
+            if header.state != State::Failed {
+                session.check_run()?;
+            }
+            session.check_inputs(&header.scene.inputs).map_err(|error| damaged(&error.to_string()))?;
         }
         Ok(Model { header, session })
     }
 }
 
-fn take<const N: usize>(bytes: &[u8]) -> Result<([u8; N], &[u8]), Error> {
-    bytes.split_first_chunk::<N>().map(|(first, rest)| (*first, rest)).ok_or_else(|| too_short(bytes))
+impl Header {
+    /// Checks every value.
+    fn check(&self) -> Result<(), Error> {
+        let refused = |error: Error| damaged(&error.to_string());
+        variables::check_ranges(&self.scene).map_err(refused)?;
+        variables::check_slopes(&self.slopes).map_err(refused)?;
+        let (start, time) = (self.start, self.time);
+        if !(start.is_finite() && time.is_finite() && time >= start) {
+            return Err(damaged(&format!("its time {time} s does not lie after its start {start} s")));
+        }
+        match self.stop {
+            Some(stop) if !(stop.is_finite() && stop > start) => {
+                Err(damaged(&format!("its stop time {stop} s does not lie after its start {start} s")))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
-fn too_short(bytes: &[u8]) -> Error {
-    damaged(&format!("{} bytes are too few", bytes.len()))
+/// What stands around a model's bytes: format 3.
+fn envelope(hash: &[u8]) -> Envelope<'_> {
+    Envelope { word: *b"SWARFFMU", format: 3, origin: hash, of: "this FMU" }
 }
 
 fn damaged(text: &str) -> Error {

@@ -1,19 +1,14 @@
 //! FMU states: copies of the model that the importer can go back to, and their form as bytes.
 //!
-//! A state belongs to the instance that made it: the handle given out is a key into the instance's own table and is never
-//! followed as a pointer, so a stale or foreign one is refused. Bytes carry a state to another instance or process.
+//! A state belongs to the instance that made it: the handle given out is a key into the instance's own table
+//! and is never followed as a pointer, so a stale or foreign one is refused. Bytes carry a state to another
+//! instance or process.
 
 use super::calls;
 use super::instance::{Instance, Reply};
 use super::logging::Status;
 use super::refusal::Refusal;
-use super::saved::Model;
-
-/// A saved model; the bytes are kept between asking for their number and asking for them.
-pub(super) struct Saved {
-    model: Model,
-    bytes: Option<Vec<u8>>,
-}
+use super::saved::{Model, Saved};
 
 impl Instance {
     /// Copies the model into a state and gives its handle; `previous` is overwritten if given.

@@ -2,10 +2,11 @@
 //!
 //! A call with several values takes all of them or none.
 
-use super::calls::{self, Call, State};
+use super::calls::{self, Call};
 use super::instance::{Instance, Reply};
 use super::logging::Status;
 use super::refusal::Refusal;
+use super::state::State;
 use crate::Error;
 use crate::variables::{self, Access, Causality, Kind, Variable, by_reference};
 use std::ffi::CString;

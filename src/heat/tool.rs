@@ -231,23 +231,6 @@ impl ToolBody {
             }
         }
     }
-
-    /// Rise of temperature (K) of the tool along its rake face: `count` places, each with its distance from the edge (m).
-    pub fn rake_profile(&self, shape: &ToolShape, rises: &[f64], count: usize) -> Vec<(f64, f64)> {
-        let ([x, y], direction, normal) = (shape.rake_start(), shape.rake_direction(), shape.rake_normal());
-        let length = (self.corner[1] + self.cell * self.counts[1] as f64 - y) / direction[1];
-        (0..count)
-            .filter_map(|k| {
-                let along = length * (k as f64 + 0.5) / count as f64;
-                let depth = 0.5 * self.cell;
-                let place = [
-                    x + along * direction[0] - depth * normal[0],
-                    y + along * direction[1] - depth * normal[1],
-                ];
-                self.cell_at(place).map(|cell| (along, rises[cell]))
-            })
-            .collect()
-    }
 }
 
 #[cfg(test)]

@@ -1,11 +1,20 @@
 //! The files of `results.directory`: frames for ParaView, their collection, and a history table.
 //!
-//! Every `results.interval` of simulated time: `frame_00012.vtu` (points) and `tool_00012.vtp` (the tool's outline);
-//! `frames.pvd`, which lists them with their times, and `history.csv`, one line of outputs per frame, are whole and
-//! readable after every frame. Where a cut has a machined surface and a chip, each frame has `surface_00012.csv` and
-//! `rake_00012.csv` (`output::profiles`) as well, and `segmentation.csv` a line (`output::segmentation`). All of them name the program's version and the parameters in use. Files of an earlier
-//! run by these names are removed when a run starts; a file by one of these names that this program did not write is
-//! never touched: the run is refused. Two runs at the same time need two directories.
+//! Every `results.interval` of simulated time: `frame_00012.vtu` (points) and `tool_00012.vtp` (the tool's
+//! outline); `frames.pvd`, which lists them with their times, and `history.csv`, one line of outputs per
+//! frame, are whole and readable after every frame. Where a cut has a machined surface and a chip, each frame
+//! has `surface_00012.csv` and `rake_00012.csv` (`output::profiles`) as well, and `segmentation.csv` a line
+//! (`output::segmentation`). All of them name the program's version and the parameters in use. Files of an
+//! earlier run by these names are removed when a run starts; a file by one of these names that this program
+//! did not write is never touched: the run is refused.
+//!
+//! A row of `history.csv` holds what the FMU returns at its time: at a communication point, that point's
+//! outputs; between two, those of a communication step that ends there, so that means and extremes are over
+//! the step so far.
+//!
+//! Two runs at the same time need two directories: the second is refused (`output::directory_lock`). A run
+//! holds its directory from its start to its end; a copy of it, as FMU states are, takes it up with its first
+//! frame.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -14,11 +23,13 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::output::point_fields::{COLUMNS, Outputs, PointFields};
+use crate::output::directory_lock::DirectoryLock;
+use crate::output::point_fields::PointFields;
 use crate::output::profiles::{self, RAKE_QUANTITIES, RakeFace, SURFACE_QUANTITIES};
 use crate::output::segmentation;
 use crate::scene::lattice::StartLattice;
 use crate::scene::{DimensionChoice, SceneKind};
+use crate::variables::{COLUMNS, Outputs};
 use crate::{Error, Scene, output::vtk};
 
 /// Writes the files of one run. Plain data: a copy continues where the original stood.
@@ -33,6 +44,24 @@ pub struct ResultsWriter {
     start: Option<f64>,
     frames: Vec<Frame>,
     notice: String,
+    #[serde(skip)]
+    lock: Lock,
+}
+
+/// The lock of the directory, if this writer holds it; a copy does not, and is equal all the same.
+#[derive(Debug, Default)]
+struct Lock(Option<DirectoryLock>);
+
+impl Clone for Lock {
+    fn clone(&self) -> Self {
+        Lock(None)
+    }
+}
+
+impl PartialEq for Lock {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 /// What profiles and segmentation need to know of the workpiece.
@@ -74,7 +103,8 @@ impl ResultsWriter {
     /// * `parameters_in_use`: names and values, written into every file
     ///
     /// # Errors
-    /// `Error::File` when the directory cannot be made, or holds a foreign file by one of the names used here.
+    /// `Error::File` when the directory cannot be made, is in use by another run, or holds a foreign file by
+    /// one of the names used here.
     pub fn new(scene: &Scene, parameters_in_use: &[(String, String)]) -> Result<Option<Self>, Error> {
         if scene.results.directory.is_empty() {
             return Ok(None);
@@ -82,6 +112,7 @@ impl ResultsWriter {
         let directory = std::path::absolute(&scene.results.directory)
             .map_err(|e| refused(Path::new(&scene.results.directory), &e.to_string()))?;
         fs::create_dir_all(&directory).map_err(|e| refused(&directory, &e.to_string()))?;
+        let lock = Lock(Some(DirectoryLock::take(&directory)?));
         let removed = remove_earlier_run(&directory)?;
         let notice = match removed {
             0 => format!("results go to '{}'", directory.display()),
@@ -98,6 +129,7 @@ impl ResultsWriter {
             start: None,
             frames: Vec::new(),
             notice,
+            lock,
         }))
     }
 
@@ -111,18 +143,30 @@ impl ResultsWriter {
         self.frames.last().is_none_or(|last| self.number_at(time) > last.number)
     }
 
+    /// Lets another run have the directory until the next frame.
+    pub fn release(&mut self) {
+        self.lock = Lock(None);
+    }
+
     /// Writes a frame, and the collection and the history anew.
     ///
+    /// * `fields`: the points at the solver's clock, which counts the frames
+    /// * `time`, `outputs`: the row of the history; at a communication point that point's time (s), which the
+    ///   clock has passed by less than a substep
+    ///
     /// # Errors
-    /// `Error::File` when a file cannot be written.
-    pub fn write_frame(&mut self, fields: &PointFields, outputs: &Outputs) -> Result<(), Error> {
+    /// `Error::File` when a file cannot be written, or another run has taken the directory meanwhile.
+    pub fn write_frame(&mut self, fields: &PointFields, time: f64, outputs: &Outputs) -> Result<(), Error> {
+        if self.lock.0.is_none() {
+            self.lock = Lock(Some(DirectoryLock::take(&self.directory)?));
+        }
         self.start.get_or_insert(fields.time);
         let number = self.number_at(fields.time);
         self.frames.retain(|frame| frame.number < number);
         self.frames.push(Frame {
             number,
             time: fields.time,
-            history_line: history_line(fields.time, outputs),
+            history_line: history_line(time, outputs),
             segmentation_line: self.segmentation_line(fields, outputs),
         });
         vtk::write_points(&self.directory.join(points_name(number)), fields, &self.parameters)?;
@@ -136,8 +180,8 @@ impl ResultsWriter {
         replace(&self.directory.join("history.csv"), &self.history())
     }
 
-    /// Writes the profiles that this frame has: none of the surface before there is enough of it, none along the rake face
-    /// before something is near it.
+    /// Writes the profiles that this frame has: none of the surface before there is enough of it, none along
+    /// the rake face before something is near it.
     fn write_profiles(&self, number: u64, fields: &PointFields) -> Result<(), Error> {
         let outline = &fields.tool_outline;
         let (Some(CutBlock { size, spacing, .. }), Some(edge), Some(face)) =
@@ -184,11 +228,6 @@ impl ResultsWriter {
         history_head(&self.parameters) + &lines.join("\n") + "\n"
     }
 
-    /// Forgets the frames later than `time` (s), when a run goes back to a saved state; they are written anew.
-    pub fn rewind(&mut self, time: f64) {
-        self.frames.retain(|frame| frame.time <= time);
-    }
-
     /// How many intervals fit between the first frame and `time`, a billionth of one forgiven.
     fn number_at(&self, time: f64) -> u64 {
         let since = time - self.start.unwrap_or(time);
@@ -214,7 +253,7 @@ impl ResultsWriter {
     }
 
     fn history(&self) -> String {
-        let mut out = history_head(&self.parameters);
+        let mut out = history_head(&self.parameters) + HISTORY_NOTE;
         let names: Vec<String> = COLUMNS.iter().map(|column| column.name.into()).collect();
         let _ = writeln!(out, "time,{}", names.join(","));
         for frame in &self.frames {
@@ -223,6 +262,12 @@ impl ResultsWriter {
         out
     }
 }
+
+/// What a row of the history means, in its own head.
+const HISTORY_NOTE: &str = "\
+# a row holds what the FMU returns at its time, in SI units; between two communication points, what it would
+# return were this time one: means, extremes and numerics.substeps are over the communication step so far
+";
 
 /// Comment lines that begin every table: version, then a parameter per line.
 pub fn history_head(parameters: &[(String, String)]) -> String {
@@ -349,7 +394,8 @@ mod tests {
         assert_eq!(ResultsWriter::new(&Scene::default(), &[]).unwrap(), None);
     }
 
-    /// Substeps do not fall on the interval; every interval still gets one frame, and the history a line for each.
+    /// Substeps do not fall on the interval; every interval still gets one frame, and the history a line for
+    /// each.
     #[test]
     fn every_interval_gets_one_frame() {
         let folder = folder("frames");
@@ -358,7 +404,7 @@ mod tests {
         for substep in 0..1000 {
             let time = 7.0 + f64::from(substep) * 3.3e-9;
             if writer.due(time) {
-                writer.write_frame(&fields(time), &Outputs::default()).unwrap();
+                writer.write_frame(&fields(time), time, &Outputs::default()).unwrap();
             }
         }
         // 999 substeps of 3.3 ns are 3.3 intervals of 1 µs: frames 0, 1, 2 and 3.
@@ -371,18 +417,28 @@ mod tests {
         fs::remove_dir_all(&folder).unwrap();
     }
 
-    /// A run that went back to a saved state writes the frames after it again, and lists none twice.
+    /// A run that goes back to a saved state is a copy of the writer at that time, and lists no frame twice.
     #[test]
-    fn a_rewound_run_lists_no_frame_twice() {
-        let folder = folder("rewind");
+    fn a_copy_goes_on_where_it_was_made_once_the_original_is_gone() {
+        let folder = folder("copy");
         let mut writer = ResultsWriter::new(&scene(&folder), &[]).unwrap().unwrap();
-        for time in [0.0, 1e-6, 2e-6, 3e-6] {
-            writer.write_frame(&fields(time), &Outputs::default()).unwrap();
+        let write = |writer: &mut ResultsWriter, time: f64| {
+            writer.write_frame(&fields(time), time, &Outputs::default())
+        };
+        for time in [0.0, 1e-6] {
+            write(&mut writer, time).unwrap();
         }
-        writer.rewind(1.5e-6);
-        assert!(writer.due(2e-6) && !writer.due(1.5e-6));
-        writer.write_frame(&fields(2e-6), &Outputs::default()).unwrap();
+        let mut copy = writer.clone();
+        for time in [2e-6, 3e-6] {
+            write(&mut writer, time).unwrap();
+        }
+        let error = write(&mut copy, 2e-6).unwrap_err();
+        assert!(error.to_string().contains("in use by another run"), "{error}");
+        writer.release();
+        assert!(copy.due(2e-6) && !copy.due(1.5e-6));
+        write(&mut copy, 2e-6).unwrap();
         assert_eq!(fs::read_to_string(folder.join("frames.pvd")).unwrap().matches("<DataSet").count(), 6);
+        drop(copy);
         fs::remove_dir_all(&folder).unwrap();
     }
 
@@ -391,17 +447,21 @@ mod tests {
     fn earlier_frames_are_replaced_and_foreign_files_kept() {
         let folder = folder("foreign");
         let mut writer = ResultsWriter::new(&scene(&folder), &[]).unwrap().unwrap();
-        writer.write_frame(&fields(0.0), &Outputs::default()).unwrap();
+        writer.write_frame(&fields(0.0), 0.0, &Outputs::default()).unwrap();
         fs::write(folder.join("notes.txt"), "mine").unwrap();
         // A killed run's remains go, whatever came of them; a foreign file by such a name stays.
         fs::write(folder.join("frame_00007.vtu.part"), "").unwrap();
         fs::write(folder.join("history.csv.part"), format!("# {} cut off", vtk::MARK)).unwrap();
         fs::write(folder.join("frames.pvd.part"), "mine").unwrap();
+        let error = ResultsWriter::new(&scene(&folder), &[]).unwrap_err();
+        assert!(error.to_string().contains("in use by another run"), "{error}");
+        drop(writer);
         let again = ResultsWriter::new(&scene(&folder), &[]).unwrap().unwrap();
         assert!(again.notice().contains("4 files of an earlier run were removed"), "{}", again.notice());
         assert!(!folder.join("frame_00007.vtu.part").exists() && !folder.join("history.csv.part").exists());
         assert_eq!(fs::read_to_string(folder.join("frames.pvd.part")).unwrap(), "mine");
         assert_eq!(fs::read_to_string(folder.join("notes.txt")).unwrap(), "mine");
+        drop(again);
         fs::write(folder.join("history.csv"), "my own table").unwrap();
         let error = ResultsWriter::new(&scene(&folder), &[]).unwrap_err();
         assert!(error.to_string().contains("not written by swarf"), "{error}");

@@ -7,8 +7,8 @@ use crate::tool::RigidTool;
 
 /// Equivalent plastic strain from which material above the machined surface is chip (-).
 const CHIP_STRAIN: f64 = 0.05;
-/// Chip thickness is measured between these distances along the rake face, in feeds: above the shear zone, whose
-/// upper end is one feed up at a rake angle of zero.
+/// Chip thickness is measured between these distances along the rake face, in feeds: above the shear zone,
+/// whose upper end is one feed up at a rake angle of zero.
 const STRIP: [f64; 2] = [1.0, 1.5];
 
 /// Sums over all points at one time.
@@ -88,12 +88,12 @@ impl Survey {
     }
 
     /// The 99.9th percentile of the equivalent plastic strain over points that have yielded (-).
-    pub fn strain_p999(&mut self) -> f64 {
+    pub fn strain_p999(&self) -> f64 {
         if self.strains.is_empty() {
             return 0.0;
         }
         let rank = (0.999 * self.strains.len() as f64).ceil() as usize - 1;
-        *self.strains.select_nth_unstable_by(rank, f64::total_cmp).1
+        *self.strains.clone().select_nth_unstable_by(rank, f64::total_cmp).1
     }
 }
 

@@ -1,7 +1,8 @@
 //! What a run will cost, told before it is paid.
 //!
-//! A copy of the solver at its start makes substeps for a moment under the thread's CPU clock, the tool at rest: nothing moves
-//! or yields, so that each of them costs the same. What such a substep does not show is added by a formula:
+//! A copy of the solver at its start makes substeps for a moment under the thread's CPU clock, the tool at
+//! rest: nothing moves or yields, so that each of them costs the same. What such a substep does not show is
+//! added by a formula:
 //!
 //! CPU time = n ⟨a(s) (c + κ c₀) + (λ w(s) + ζ x) c₀⟩,  n = T / Δt (1 + ε),  mean over the way s
 //!
@@ -15,9 +16,10 @@
 //! | x | feed times spacing over the area at the start: points that touch the tool, over all |
 //! | κ | sorting, locking control, what yields before the tool |
 //!
-//! The constants ε, κ, λ and ζ are fitted to 33 cuts: eleven kinds (transfer, precision, contact, Courant number, feed, friction,
-//! heat) at 40, 20 and 10 µm (book/src/evidence/accuracy.md); they hold what else a run has and a substep at rest has not. A time of this
-//! machine under its present load is no part of a state, and the only output that two equal runs may differ in.
+//! The constants ε, κ, λ and ζ are fitted to 33 cuts: eleven kinds (transfer, precision, contact, Courant
+//! number, feed, friction, heat) at 40, 20 and 10 µm (book/src/evidence/accuracy.md); they hold what else a run has and a
+//! substep at rest has not. A time of this machine under its present load is no part of a state, and the only
+//! output that two equal runs may differ in.
 
 use crate::error::Error;
 use crate::scene::{Inputs, Scene, TransferChoice};
@@ -35,11 +37,14 @@ const UPKEEP: f64 = 0.03;
 const YIELDING: f64 = 4.3;
 /// Cost of contact for a feed of points, over that of these points at rest (-): ζ.
 const CONTACT: f64 = 132.0;
-/// Longest CPU time of a calibration (s); there are two at most, and larger scenes are calibrated on a coarser copy.
+/// Longest CPU time of a calibration (s); there are two at most, and larger scenes are calibrated on a
+/// coarser copy.
 const CALIBRATION: f64 = 0.08;
-/// Share of a run that its calibration may take (-), so that hundreds of small ones are not held up by their estimates.
+/// Share of a run that its calibration may take (-), so that hundreds of small ones are not held up by their
+/// estimates.
 const CALIBRATION_SHARE: f64 = 0.01;
-/// Substeps that are timed together: the cheapest batch counts, as the others were disturbed by what else the machine does.
+/// Substeps that are timed together: the cheapest batch counts, as the others were disturbed by what else the
+/// machine does.
 const BATCH: usize = 4;
 /// Most points of the calibration: a hundred thousand make 3 ms a substep, and no longer fit any cache.
 const MOST_POINTS: f64 = 1.5e5;

@@ -1,23 +1,24 @@
-//! What a session keeps beside its solver: inputs and their slopes, and the totals between which means are taken.
+//! What a session keeps beside its solver: inputs and their slopes, and the totals between which means are
+//! taken.
 
-use crate::output::point_fields::Outputs;
 use crate::output::results::ResultsWriter;
 use crate::scene::{Inputs, Scene};
 use crate::simulation::solver::{Progress, Solver, ToolMotion};
+use crate::variables::{COLUMNS, Outputs};
 use serde::{Deserialize, Serialize};
 
 /// RunTotals at one time, between which means are taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct RunTotals {
-    pub(crate) time: f64,
-    pub(crate) impulse: [f64; 2],
-    pub(crate) work: f64,
-    pub(crate) contact_areas: [f64; 2],
-    pub(crate) substeps: u64,
+pub(super) struct RunTotals {
+    pub(super) time: f64,
+    pub(super) impulse: [f64; 2],
+    pub(super) work: f64,
+    pub(super) contact_areas: [f64; 2],
+    pub(super) substeps: u64,
 }
 
 impl RunTotals {
-    pub(crate) fn of(progress: &Progress) -> Self {
+    pub(super) fn of(progress: &Progress) -> Self {
         let ledger = &progress.ledger;
         RunTotals {
             time: progress.clock,
@@ -28,8 +29,14 @@ impl RunTotals {
         }
     }
 
+    /// Finite only where every number is.
+    fn sum(&self) -> f64 {
+        let pairs = self.impulse.iter().chain(&self.contact_areas).sum::<f64>();
+        self.time + self.work + pairs
+    }
+
     /// RunTotals at `time` (s) within the last substep, during which they grew evenly.
-    pub(crate) fn between(before: &RunTotals, after: &RunTotals, time: f64) -> RunTotals {
+    pub(super) fn between(before: &RunTotals, after: &RunTotals, time: f64) -> RunTotals {
         let length = after.time - before.time;
         let share = if length > 0.0 { ((time - before.time) / length).clamp(0.0, 1.0) } else { 1.0 };
         let mix = |a: f64, b: f64| a + share * (b - a);
@@ -46,30 +53,30 @@ impl RunTotals {
 
 /// What a session keeps beside its solver.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct RunState {
+pub(super) struct RunState {
     /// The scene as built.
-    pub(crate) scene: Scene,
+    pub(super) scene: Scene,
     /// Time at which the solver's clock was zero (s).
-    pub(crate) start: f64,
+    pub(super) start: f64,
     /// Last communication point, since the start (s).
-    pub(crate) time: f64,
-    pub(crate) inputs: Inputs,
-    pub(crate) slopes: Inputs,
+    pub(super) time: f64,
+    pub(super) inputs: Inputs,
+    pub(super) slopes: Inputs,
     /// Time since the start at which the inputs were given (s).
-    pub(crate) inputs_time: f64,
+    pub(super) inputs_time: f64,
     /// RunTotals at the last communication point, and before the last substep.
-    pub(crate) at_point: RunTotals,
-    pub(crate) before_substep: RunTotals,
+    pub(super) at_point: RunTotals,
+    pub(super) before_substep: RunTotals,
     /// Cutting force behind the filter (N), now and its extremes in this communication step.
-    pub(crate) filtered_force: f64,
-    pub(crate) force_range: Option<[f64; 2]>,
-    pub(crate) outputs: Outputs,
-    pub(crate) results: Option<ResultsWriter>,
+    pub(super) filtered_force: f64,
+    pub(super) force_range: Option<[f64; 2]>,
+    pub(super) outputs: Outputs,
+    pub(super) results: Option<ResultsWriter>,
 }
 
 impl RunState {
     /// Cutting speed (m/s) in the substep that starts now.
-    pub(crate) fn speed(&self, solver: &dyn Solver) -> f64 {
+    pub(super) fn speed(&self, solver: &dyn Solver) -> f64 {
         let since = solver.progress().clock - self.inputs_time;
         self.inputs.tool_velocity + self.slopes.tool_velocity * since
     }
@@ -78,7 +85,7 @@ impl RunState {
     ///
     /// Vertically the tool follows the slope of the feed exactly, and makes up a jump no faster than
     /// `tool.feed_rate_limit`.
-    pub(crate) fn drive(&self, solver: &dyn Solver) -> ToolMotion {
+    pub(super) fn drive(&self, solver: &dyn Solver) -> ToolMotion {
         let since = solver.progress().clock - self.inputs_time;
         let at = |value: f64, slope: f64| value + slope * since;
         let speed = self.speed(solver);
@@ -91,8 +98,68 @@ impl RunState {
         ToolMotion { velocity: [-speed, catch_up - self.slopes.feed], friction }
     }
 
-    /// Feed that the last substep cut at (m).
-    pub(crate) fn outputs_feed(&self) -> f64 {
-        (self.scene.workpiece.height - self.outputs.tool_position_y).max(0.0)
+    /// Checks a state that was read from bytes against itself and what the solver has read; the text says
+    /// what is wrong.
+    ///
+    /// The scene, the inputs' ranges and the points are checked by the session.
+    pub(super) fn check(&self, progress: &Progress) -> Result<(), String> {
+        let named = [
+            ("start time", self.start),
+            ("time", self.time),
+            ("time of the inputs", self.inputs_time),
+            ("filtered force", self.filtered_force),
+            ("clock", progress.clock),
+            ("time step", progress.last_step),
+            ("mass factor", progress.mass_factor),
+            ("energy ledger", progress.ledger.imbalance(0.0, 0.0)),
+            ("tool's impulse", progress.ledger.tool_impulse.iter().sum()),
+            ("retired heat", progress.ledger.retired_heat),
+            ("tool's position", progress.tool_position.iter().sum()),
+            ("fastest motion", progress.fastest),
+            ("volume ratio", progress.volume_ratio),
+            ("travel", progress.travel + progress.travel_unseen + progress.travel_uncontrolled),
+            ("cut length", progress.cut_length + progress.distance_since_contact),
+            (
+                "contact",
+                progress.contact_reach + progress.contact_areas.all + progress.contact_areas.sticking,
+            ),
+            ("heat", progress.heat.carry + progress.heat.waits() + progress.heat.friction_in_tool),
+            ("tool's heat", progress.heat.contact + progress.heat.tool.iter().sum::<f64>()),
+            ("slopes", self.slopes.tool_velocity + self.slopes.feed + self.slopes.friction),
+            ("totals at the communication point", self.at_point.sum()),
+            ("totals before the last substep", self.before_substep.sum()),
+            ("range of forces", self.force_range.map_or(0.0, |range| range.iter().sum())),
+        ];
+        let outputs = COLUMNS.iter().map(|column| (column.name, (column.value)(&self.outputs)));
+        if let Some((name, value)) = named.into_iter().chain(outputs).find(|(_, value)| !value.is_finite()) {
+            return Err(format!("its {name} is {value}, which is not a finite number"));
+        }
+        let consistent = [
+            (
+                self.time >= 0.0 && progress.clock >= 0.0 && progress.last_step >= 0.0,
+                "its times run backwards",
+            ),
+            (
+                self.time <= progress.clock + progress.last_step,
+                "its clock lies before its communication point",
+            ),
+            (self.inputs_time <= self.time, "its inputs are younger than it"),
+            (self.at_point.time == self.time, "its totals are not those of its communication point"),
+            (self.before_substep.time <= progress.clock, "its last substep ends before it begins"),
+            (self.at_point.substeps <= progress.substeps, "it has made fewer substeps than it has counted"),
+            (
+                progress.mass_factor > 0.0 && progress.volume_ratio >= 0.0,
+                "its masses or volumes are negative",
+            ),
+            (self.force_range.is_none_or(|[low, high]| low <= high), "its range of forces is empty"),
+            (
+                self.results.is_some() != self.scene.results.directory.is_empty(),
+                "its results files are not those of its scene",
+            ),
+        ];
+        match consistent.into_iter().find(|(holds, _)| !holds) {
+            Some((_, text)) => Err(text.into()),
+            None => Ok(()),
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! The enumeration types of the variables: names from the scene's types, explanations for the reader.
 
+use super::outputs::ChipState;
 use crate::scene::{
     Accuracy, ContactChoice, DimensionChoice, Heat, Law, Precision, SceneKind, ShapeChoice, Speed,
     TransferChoice,
@@ -137,7 +138,7 @@ pub static ACCURACY: Enumeration = Enumeration {
 pub static CHIP_STATE: Enumeration = Enumeration {
     name: "ChipState",
     description: "how far the cut has come",
-    items: || vec!["approaching", "entering", "cutting", "left"],
+    items: items_of!(ChipState),
     texts: &[
         "the tool has not touched the workpiece yet",
         "the tool is in contact, the chip is still forming",

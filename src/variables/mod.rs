@@ -1,7 +1,17 @@
-//! The one table of all variables: what an importer, a scene file, the range checks and the README know of them.
+//! The one table of all variables: what an importer, a scene file, the range checks and the README know of
+//! them.
 //!
-//! Value references are unique over all types and fixed for good: 1–99 inputs, 100–999 outputs, 1000–1999 parameters.
-//! A new variable takes a new number; none is used again.
+//! * `process`, `material`, `numerics`: parameters of each, as tables;
+//! * `outputs`: inputs and outputs, and the struct `Outputs` made from the latter;
+//! * [`enumerations`], [`units`]: types that the tables use;
+//! * `text`: values as a user types and reads them.
+//!
+//! What may be touched: a parameter is one entry of a table and a field of `scene`; an output is one entry of
+//! `outputs`. The solver knows nothing of this room, and this room nothing of the solver: sessions, files and
+//! the FMU stand on it.
+//!
+//! Value references are unique over all types and fixed for good: 1–99 inputs, 100–999 outputs, 1000–1999
+//! parameters. A new variable takes a new number; none is used again.
 
 pub mod enumerations;
 mod material;
@@ -13,11 +23,11 @@ mod process;
 
 use crate::Error;
 use crate::scene::{Inputs, Scene};
-use crate::session::Outputs;
 use enumerations::Enumeration;
 use units::Unit;
 
-pub use outputs::{outputs_at_start, start_dependencies};
+pub(crate) use outputs::outputs;
+pub use outputs::{COLUMNS, ChipState, Column, Outputs, outputs_at_start, start_dependencies};
 pub use text::{format_real, markdown_table, nearest_name, real_from_text, set_by_name, values_in_use};
 
 /// One variable.
@@ -250,7 +260,43 @@ pub fn by_name(name: &str) -> Option<&'static Variable> {
     all().find(|variable| variable.name == name)
 }
 
-/// Checks every parameter and start input of a scene against its range; what belongs together is the scene's own check.
+/// Checks values of the inputs against their ranges.
+///
+/// # Errors
+/// The first value that is out of range or not finite.
+pub fn check_inputs(inputs: &Inputs) -> Result<(), Error> {
+    for_each_input(inputs, |name, real, value| real.check(name, value))
+}
+
+/// Checks slopes of the inputs (per second), which must be finite.
+///
+/// # Errors
+/// The first that is not.
+pub fn check_slopes(slopes: &Inputs) -> Result<(), Error> {
+    for_each_input(slopes, |name, _, slope| {
+        if slope.is_finite() {
+            return Ok(());
+        }
+        Err(Error::Inconsistent(format!(
+            "slope {slope} of {name} is not a finite number; the old one is kept"
+        )))
+    })
+}
+
+fn for_each_input(
+    inputs: &Inputs,
+    check: impl Fn(&str, &Real, f64) -> Result<(), Error>,
+) -> Result<(), Error> {
+    for variable in outputs::INPUTS {
+        if let Kind::Real(real @ Real { access: Access::Input { get, .. }, .. }) = &variable.kind {
+            check(variable.name, real, get(inputs))?;
+        }
+    }
+    Ok(())
+}
+
+/// Checks every parameter and start input of a scene against its range; what belongs together is the scene's
+/// own check.
 ///
 /// # Errors
 /// The first value that is out of range.

@@ -8,12 +8,12 @@ use std::fmt::Write;
 /// Sets a parameter or the start of an input by its name, from text as a user types it.
 ///
 /// * `name`: as in the variable table, `tool.rake_angle`
-/// * `text`: a number in SI units (`0.17`) or with one of the variable's units (`10 deg`); `true` or `false`; an item
-///   of an enumeration by name or number; any text for a String
+/// * `text`: a number in SI units (`0.17`) or with one of the variable's units (`10 deg`); `true` or `false`;
+///   an item of an enumeration by name or number; any text for a String
 ///
 /// # Errors
-/// An unknown name (with the nearest one), an output, a text that is no value of the type, a value out of range. The scene
-/// is unchanged then.
+/// An unknown name (with the nearest one), an output, a text that is no value of the type, a value out of
+/// range. The scene is unchanged then.
 pub fn set_by_name(scene: &mut Scene, name: &str, text: &str) -> Result<(), Error> {
     let Some(variable) = by_name(name) else {
         let hint = nearest_name(name).map(|near| format!("; did you mean '{near}'?")).unwrap_or_default();
@@ -57,8 +57,8 @@ pub fn set_by_name(scene: &mut Scene, name: &str, text: &str) -> Result<(), Erro
     Ok(())
 }
 
-/// The value of a Real in its SI unit, from text as a user types it: `0.17`, `10 deg`; `None` for a variable that is
-/// unknown or no Real.
+/// The value of a Real in its SI unit, from text as a user types it: `0.17`, `10 deg`; `None` for a variable
+/// that is unknown or no Real.
 ///
 /// # Errors
 /// A text that is no number, or a unit that does not fit.

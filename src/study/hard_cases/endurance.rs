@@ -41,8 +41,7 @@ fn length(step: u64) -> f64 {
 fn run(session: &mut Session, from: u64, to: u64, mut after: impl FnMut(u64, &Session)) -> Result<(), Error> {
     for step in from..to {
         let inputs = inputs(step);
-        session.check_inputs(&inputs)?;
-        session.set_inputs(inputs, NO_SLOPE);
+        session.set_inputs(inputs, NO_SLOPE)?;
         let time = session.time() + length(step);
         if session.advance_to(time, &mut |_| true)? != Advance::Reached {
             return Err(Error::Unstable(format!("stopped at {time} s without being asked to")));

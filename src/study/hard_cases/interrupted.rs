@@ -8,6 +8,7 @@ use super::monitor::cut;
 use super::monitor::random;
 use super::{Setting, Sheet};
 use crate::Error;
+use crate::output::directory_lock::LOCK_FILE;
 use crate::output::vtk;
 use crate::session::Session;
 use std::fs;
@@ -106,6 +107,9 @@ impl Found {
             let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
             let fault = if name.ends_with(".part") {
                 self.parts += 1;
+                continue;
+            } else if name == LOCK_FILE {
+                // The system's lock on it has ended with its process.
                 continue;
             } else if name.ends_with(".vtu") {
                 vtk::read_points(&path, None).err().map(|e| e.to_string())

@@ -115,10 +115,7 @@ impl Watched {
     /// Gives other inputs from here on.
     pub fn steer(&mut self, inputs: Inputs, slopes: Inputs) -> &mut Self {
         if let (None, Some(session)) = (&self.error, &mut self.session) {
-            match session.check_inputs(&inputs) {
-                Ok(()) => session.set_inputs(inputs, slopes),
-                Err(error) => self.error = Some(error),
-            }
+            self.error = session.set_inputs(inputs, slopes).err();
         }
         self
     }
@@ -180,7 +177,7 @@ pub fn not_finite(fields: &PointFields) -> usize {
 
 /// Outputs that are not finite.
 pub fn outputs_not_finite(outputs: &Outputs) -> usize {
-    crate::output::point_fields::COLUMNS.iter().filter(|column| !(column.value)(outputs).is_finite()).count()
+    crate::variables::COLUMNS.iter().filter(|column| !(column.value)(outputs).is_finite()).count()
 }
 
 /// Cuts `travel` (m) at the scenes' speeds in `steps` looks each, side by side, in the order given.
