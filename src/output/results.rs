@@ -28,7 +28,6 @@ use crate::output::point_fields::PointFields;
 use crate::output::profiles::{self, RAKE_QUANTITIES, RakeFace, SURFACE_QUANTITIES};
 use crate::output::segmentation;
 use crate::scene::lattice::StartLattice;
-use crate::scene::{DimensionChoice, SceneKind};
 use crate::variables::{COLUMNS, Outputs};
 use crate::{Error, Scene, output::vtk};
 
@@ -64,28 +63,15 @@ impl PartialEq for Lock {
     }
 }
 
-/// What profiles and segmentation need to know of the workpiece.
+/// What profiles and segmentation need to know of a block that is cut.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct CutBlock {
+pub struct CutBlock {
     /// Length along the cut, height, width (m).
-    size: [f64; 3],
+    pub size: [f64; 3],
     /// Distance of points at the start (m).
-    spacing: f64,
+    pub spacing: f64,
     /// Axes with more than one point: 2 or 3.
-    axes: usize,
-}
-
-impl CutBlock {
-    /// Points fed in later are not numbered by place, so an endless workpiece has none.
-    fn of(scene: &Scene) -> Option<CutBlock> {
-        let workpiece = &scene.workpiece;
-        let is_one_block = scene.kind == SceneKind::Cut && !workpiece.endless;
-        is_one_block.then(|| CutBlock {
-            size: [workpiece.length, workpiece.height, workpiece.width],
-            spacing: scene.numerics.point_spacing,
-            axes: if scene.numerics.dimension == DimensionChoice::ThreeDimensional { 3 } else { 2 },
-        })
-    }
+    pub axes: usize,
 }
 
 /// One frame on disk.
@@ -102,10 +88,16 @@ impl ResultsWriter {
     ///
     /// * `parameters_in_use`: names and values, written into every file
     ///
+    /// * `cut`: the block whose surface, chip and bands are profiled, where the process cuts one
+    ///
     /// # Errors
     /// `Error::File` when the directory cannot be made, is in use by another run, or holds a foreign file by
     /// one of the names used here.
-    pub fn new(scene: &Scene, parameters_in_use: &[(String, String)]) -> Result<Option<Self>, Error> {
+    pub fn new(
+        scene: &Scene,
+        cut: Option<CutBlock>,
+        parameters_in_use: &[(String, String)],
+    ) -> Result<Option<Self>, Error> {
         if scene.results.directory.is_empty() {
             return Ok(None);
         }
@@ -125,7 +117,7 @@ impl ResultsWriter {
             directory,
             interval: scene.results.interval,
             parameters: parameters_in_use.to_vec(),
-            cut: CutBlock::of(scene),
+            cut,
             start: None,
             frames: Vec::new(),
             notice,
@@ -391,7 +383,7 @@ mod tests {
     /// An importer that asks for nothing gets no file.
     #[test]
     fn an_empty_directory_name_writes_nothing() {
-        assert_eq!(ResultsWriter::new(&Scene::default(), &[]).unwrap(), None);
+        assert_eq!(ResultsWriter::new(&Scene::default(), None, &[]).unwrap(), None);
     }
 
     /// Substeps do not fall on the interval; every interval still gets one frame, and the history a line for
@@ -400,7 +392,7 @@ mod tests {
     fn every_interval_gets_one_frame() {
         let folder = folder("frames");
         let mut writer =
-            ResultsWriter::new(&scene(&folder), &[("friction".into(), "0.2".into())]).unwrap().unwrap();
+            ResultsWriter::new(&scene(&folder), None, &[("friction".into(), "0.2".into())]).unwrap().unwrap();
         for substep in 0..1000 {
             let time = 7.0 + f64::from(substep) * 3.3e-9;
             if writer.due(time) {
@@ -421,7 +413,7 @@ mod tests {
     #[test]
     fn a_copy_goes_on_where_it_was_made_once_the_original_is_gone() {
         let folder = folder("copy");
-        let mut writer = ResultsWriter::new(&scene(&folder), &[]).unwrap().unwrap();
+        let mut writer = ResultsWriter::new(&scene(&folder), None, &[]).unwrap().unwrap();
         let write = |writer: &mut ResultsWriter, time: f64| {
             writer.write_frame(&fields(time), time, &Outputs::default())
         };
@@ -446,24 +438,24 @@ mod tests {
     #[test]
     fn earlier_frames_are_replaced_and_foreign_files_kept() {
         let folder = folder("foreign");
-        let mut writer = ResultsWriter::new(&scene(&folder), &[]).unwrap().unwrap();
+        let mut writer = ResultsWriter::new(&scene(&folder), None, &[]).unwrap().unwrap();
         writer.write_frame(&fields(0.0), 0.0, &Outputs::default()).unwrap();
         fs::write(folder.join("notes.txt"), "mine").unwrap();
         // A killed run's remains go, whatever came of them; a foreign file by such a name stays.
         fs::write(folder.join("frame_00007.vtu.part"), "").unwrap();
         fs::write(folder.join("history.csv.part"), format!("# {} cut off", vtk::MARK)).unwrap();
         fs::write(folder.join("frames.pvd.part"), "mine").unwrap();
-        let error = ResultsWriter::new(&scene(&folder), &[]).unwrap_err();
+        let error = ResultsWriter::new(&scene(&folder), None, &[]).unwrap_err();
         assert!(error.to_string().contains("in use by another run"), "{error}");
         drop(writer);
-        let again = ResultsWriter::new(&scene(&folder), &[]).unwrap().unwrap();
+        let again = ResultsWriter::new(&scene(&folder), None, &[]).unwrap().unwrap();
         assert!(again.notice().contains("4 files of an earlier run were removed"), "{}", again.notice());
         assert!(!folder.join("frame_00007.vtu.part").exists() && !folder.join("history.csv.part").exists());
         assert_eq!(fs::read_to_string(folder.join("frames.pvd.part")).unwrap(), "mine");
         assert_eq!(fs::read_to_string(folder.join("notes.txt")).unwrap(), "mine");
         drop(again);
         fs::write(folder.join("history.csv"), "my own table").unwrap();
-        let error = ResultsWriter::new(&scene(&folder), &[]).unwrap_err();
+        let error = ResultsWriter::new(&scene(&folder), None, &[]).unwrap_err();
         assert!(error.to_string().contains("not written by swarf"), "{error}");
         assert_eq!(fs::read_to_string(folder.join("history.csv")).unwrap(), "my own table");
         fs::remove_dir_all(&folder).unwrap();
@@ -474,7 +466,7 @@ mod tests {
     fn a_directory_that_cannot_be_made_is_refused() {
         let folder = folder("file");
         fs::write(&folder, "a file").unwrap();
-        let error = ResultsWriter::new(&scene(&folder.join("below")), &[]).unwrap_err();
+        let error = ResultsWriter::new(&scene(&folder.join("below")), None, &[]).unwrap_err();
         assert!(matches!(&error, Error::File { path, .. } if path.contains("below")), "{error}");
         fs::remove_file(&folder).unwrap();
     }

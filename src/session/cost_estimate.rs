@@ -25,8 +25,6 @@ use crate::error::Error;
 use crate::scene::{Inputs, Scene, TransferChoice};
 use crate::setup;
 use crate::simulation::{Solver, ToolMotion};
-use crate::speedups::active_window;
-use crate::speedups::rigid_chip;
 use std::time::Duration;
 
 /// Substeps beyond those of the first one's length (-).
@@ -79,13 +77,13 @@ pub fn of_run(solver: &dyn Solver, scene: &Scene, inputs: &Inputs, duration: f64
         plain.numerics.transfer = TransferChoice::Flip;
         cost_at_rest(coarser(&plain)?.as_mut(), substeps)?
     };
-    let start_area = active_window::integrated_area(scene, inputs.feed, 0.0).max(f64::MIN_POSITIVE);
+    let process = setup::process_of(scene.kind)?;
+    let start_area = process.integrated_area(scene, inputs, 0.0).all.max(f64::MIN_POSITIVE);
     let mut load = plain * CONTACT * inputs.feed * scene.numerics.point_spacing;
     for k in 0..STATIONS {
-        let way = (k as f64 + 0.5) / STATIONS as f64 * speed.max(0.0) * duration;
-        let area = active_window::integrated_area(scene, inputs.feed, way);
-        let chip = rigid_chip::integrated_chip(scene, inputs.feed, way);
-        load += (area * (cost + UPKEEP * plain) + YIELDING * chip * plain) / STATIONS as f64;
+        let distance = (k as f64 + 0.5) / STATIONS as f64 * speed.max(0.0) * duration;
+        let area = process.integrated_area(scene, inputs, distance);
+        load += (area.all * (cost + UPKEEP * plain) + YIELDING * area.yielding * plain) / STATIONS as f64;
     }
     let cpu_seconds = solver.points() as f64 * substeps * load / start_area;
     Ok(Estimate { substeps, cpu_seconds })

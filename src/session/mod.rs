@@ -87,7 +87,8 @@ impl Session {
         }
         let scene = checked(scene)?;
         let solver = setup::build(&scene)?;
-        let results = ResultsWriter::new(&scene, parameters)?;
+        let cut_block = setup::process_of(scene.kind)?.cut_block(&scene);
+        let results = ResultsWriter::new(&scene, cut_block, parameters)?;
         let run = RunState {
             start: start_time,
             time: 0.0,
@@ -245,8 +246,8 @@ impl Session {
         let run = &mut self.run;
         let before = RunTotals::of(self.solver.progress());
         self.solver.scale_mass(run.speed(self.solver.as_ref()).abs());
-        let drive = run.drive(self.solver.as_ref());
-        self.solver.step(&drive, parallel)?;
+        let motion = run.tool_motion(self.solver.as_ref())?;
+        self.solver.step(&motion, parallel)?;
         let after = RunTotals::of(self.solver.progress());
         let dt = after.time - before.time;
         let force = (before.impulse[0] - after.impulse[0]) / dt;

@@ -1,8 +1,11 @@
 //! What a session keeps beside its solver: inputs and their slopes, and the totals between which means are
 //! taken.
 
+use crate::error::Error;
 use crate::output::results::ResultsWriter;
 use crate::scene::{Inputs, Scene};
+use crate::setup;
+use crate::setup::process::InputsNow;
 use crate::simulation::solver::{Progress, Solver, ToolMotion};
 use crate::variables::{COLUMNS, Outputs};
 use serde::{Deserialize, Serialize};
@@ -83,19 +86,19 @@ impl RunState {
 
     /// The tool's motion in the substep that starts now.
     ///
-    /// Vertically the tool follows the slope of the feed exactly, and makes up a jump no faster than
-    /// `tool.feed_rate_limit`.
-    pub(super) fn drive(&self, solver: &dyn Solver) -> ToolMotion {
+    /// # Errors
+    /// `Error::NotAvailable` for a process that this version does not have.
+    pub(super) fn tool_motion(&self, solver: &dyn Solver) -> Result<ToolMotion, Error> {
         let since = solver.progress().clock - self.inputs_time;
         let at = |value: f64, slope: f64| value + slope * since;
-        let speed = self.speed(solver);
-        let feed = at(self.inputs.feed, self.slopes.feed);
-        let friction = at(self.inputs.friction, self.slopes.friction).max(0.0);
-        let limit = self.scene.tool.feed_rate_limit;
-        let deviation = self.scene.workpiece.height - feed - solver.tool().position[1];
-        let trial = ToolMotion { velocity: [-speed, limit], friction };
-        let catch_up = (deviation / solver.time_step(&trial)).clamp(-limit, limit);
-        ToolMotion { velocity: [-speed, catch_up - self.slopes.feed], friction }
+        let inputs = Inputs {
+            tool_velocity: self.speed(solver),
+            feed: at(self.inputs.feed, self.slopes.feed),
+            friction: at(self.inputs.friction, self.slopes.friction).max(0.0),
+        };
+        let now = InputsNow { inputs, feed_slope: self.slopes.feed };
+        let process = setup::process_of(self.scene.kind)?;
+        Ok(process.tool_motion(&self.scene, &now, solver.tool(), &|motion| solver.time_step(motion)))
     }
 
     /// Checks a state that was read from bytes against itself and what the solver has read; the text says

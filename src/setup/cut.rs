@@ -2,8 +2,9 @@
 
 use crate::error::Error;
 use crate::grid::{FixedNodes, MARGIN};
+use crate::output::results::CutBlock;
 use crate::scene::lattice::StartLattice;
-use crate::scene::{Inputs, Scene};
+use crate::scene::{DimensionChoice, Inputs, Scene};
 use crate::setup::process::{Bodies, InputsNow, IntegratedArea, PlacedLattice, Process};
 use crate::simulation::ToolMotion;
 use crate::speedups::{active_window, rigid_chip};
@@ -108,6 +109,15 @@ impl Process for Cut {
         let trial = ToolMotion { velocity: [-tool_velocity, limit], friction };
         let catch_up = (deviation / time_step(&trial)).clamp(-limit, limit);
         ToolMotion { velocity: [-tool_velocity, catch_up - now.feed_slope], friction }
+    }
+
+    fn cut_block(&self, scene: &Scene) -> Option<CutBlock> {
+        let workpiece = &scene.workpiece;
+        Some(CutBlock {
+            size: [workpiece.length, workpiece.height, workpiece.width],
+            spacing: scene.numerics.point_spacing,
+            axes: if scene.numerics.dimension == DimensionChoice::ThreeDimensional { 3 } else { 2 },
+        })
     }
 
     fn integrated_area(&self, scene: &Scene, inputs: &Inputs, distance: f64) -> IntegratedArea {

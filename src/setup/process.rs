@@ -5,6 +5,7 @@
 
 use crate::error::Error;
 use crate::grid::FixedNodes;
+use crate::output::results::CutBlock;
 use crate::scene::lattice::StartLattice;
 use crate::scene::{Inputs, Scene};
 use crate::simulation::ToolMotion;
@@ -81,6 +82,9 @@ pub trait Process: Sync {
         tool: &RigidTool,
         time_step: &dyn Fn(&ToolMotion) -> f64,
     ) -> ToolMotion;
+
+    /// The block whose machined surface, chip and shear bands results files profile, if there is one.
+    fn cut_block(&self, scene: &Scene) -> Option<CutBlock>;
 
     /// Area (m2) that substeps integrate once the tool has gone `distance` (m).
     fn integrated_area(&self, scene: &Scene, inputs: &Inputs, distance: f64) -> IntegratedArea;

@@ -1,6 +1,6 @@
 //! The enumeration types of the variables: names from the scene's types, explanations for the reader.
 
-use super::outputs::ChipState;
+use super::chip_state::ChipState;
 use crate::scene::{
     Accuracy, ContactChoice, DimensionChoice, Heat, Law, Precision, SceneKind, ShapeChoice, Speed,
     TransferChoice,

@@ -13,6 +13,7 @@
 //! Value references are unique over all types and fixed for good: 1–99 inputs, 100–999 outputs, 1000–1999
 //! parameters. A new variable takes a new number; none is used again.
 
+mod chip_state;
 pub mod enumerations;
 mod material;
 mod numerics;
@@ -26,8 +27,9 @@ use crate::scene::{Inputs, Scene};
 use enumerations::Enumeration;
 use units::Unit;
 
+pub use chip_state::ChipState;
 pub(crate) use outputs::outputs;
-pub use outputs::{COLUMNS, ChipState, Column, Outputs, outputs_at_start, start_dependencies};
+pub use outputs::{COLUMNS, Column, Outputs, outputs_at_start, start_dependencies};
 pub use text::{format_real, markdown_table, nearest_name, real_from_text, set_by_name, values_in_use};
 
 /// One variable.

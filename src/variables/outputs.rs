@@ -6,9 +6,10 @@
 //! same entries in `session::outputs`, where what the sources read is known. So this module needs no solver,
 //! and a new output is one entry.
 
+use super::chip_state::ChipState;
 use super::units::*;
 use super::{Access, Choice, Kind, NONE, Variable, enumerations, integer, real};
-use crate::scene::{Scene, choice};
+use crate::scene::Scene;
 use enumerations::Enumeration;
 use serde::{Deserialize, Serialize};
 
@@ -41,28 +42,6 @@ pub(super) static INPUTS: &[Variable] = &[
         kind: real(&ONE, "", [0.0, 10.0], Some(0.2), input!(friction)),
     },
 ];
-
-choice! {
-    /// How far the cut has come.
-    #[derive(Default)]
-    ChipState {
-        /// The tool has not touched the workpiece yet.
-        #[default]
-        Approaching = "approaching",
-        /// The tool is in contact, the chip is still forming.
-        Entering = "entering",
-        /// A chip flows along the rake face.
-        Cutting = "cutting",
-        /// The tool has left the workpiece.
-        Left = "left",
-    }
-}
-
-impl From<ChipState> for f64 {
-    fn from(state: ChipState) -> f64 {
-        f64::from(state.number())
-    }
-}
 
 /// The table of outputs, handed to the macro `$made`; references 100 to 999.
 ///
