@@ -3,15 +3,19 @@
 use swarf::scene::Scene;
 use swarf::study::verification::plastic_cut::{Cut, exact};
 
-/// Rakes (degrees) and the most that a force at 7.5 spacings per feed may be there, over the shear plane's. Points lock and
-/// the edge tears about one cell: these only hold what is. A formulation that does neither has to bring both down to 1.08,
+/// Rakes (degrees) and the most that a force at 7.5 spacings per feed may be there, over the shear plane's.
+/// Points lock and
+/// the edge tears about one cell: these only hold what is. A formulation that does neither has to bring both
+/// down to 1.08,
 /// the bound.
 const MOST: [(f64, f64); 2] = [(0.0, 1.8), (10.0, 2.0)];
-/// The least: no admissible flow needs less than the shear plane but for what solutions differ from one another, and for
+/// The least: no admissible flow needs less than the shear plane but for what solutions differ from one
+/// another, and for
 /// the means over a wavy force.
 const LEAST: f64 = 0.97;
 
-/// What a computation by hand gives for A = 792 MPa and 7830 kg/m3: 2 k f = 274.4 N/mm and ρ f v² = 5.9 N/mm at rake 0.
+/// What a computation by hand gives for A = 792 MPa and 7830 kg/m3: 2 k f = 274.4 N/mm and ρ f v² = 5.9 N/mm
+/// at rake 0.
 #[test]
 fn the_shear_plane_carries_what_a_hand_computation_gives() {
     let constants = Scene::default().material.constants;
@@ -30,7 +34,8 @@ fn the_shear_plane_carries_what_a_hand_computation_gives() {
     }
 }
 
-/// The angle of the plane is the one of least work: no angle, tried one by one, needs less power at rest, and one needs as
+/// The angle of the plane is the one of least work: no angle, tried one by one, needs less power at rest,
+/// and one needs as
 /// little to the square of the step.
 #[test]
 fn no_other_shear_plane_needs_less_work() {
@@ -59,7 +64,8 @@ fn within_the_band_there_is_no_excess() {
     assert!((above - 0.1).abs() < 1e-12 && (below + 0.1).abs() < 1e-12, "excess {above} and {below}");
 }
 
-/// Volume is kept and the tool does all the work, so a force far from the shear plane's is the scheme's own error: too much
+/// Volume is kept and the tool does all the work, so a force far from the shear plane's is the scheme's own
+/// error: too much
 /// from points that lock, too little from work that is lost.
 #[test]
 fn a_coarse_cut_lies_between_the_shear_plane_and_what_locking_adds() {
