@@ -13,6 +13,7 @@ pub mod manufactured;
 pub mod material_point;
 pub mod neo_hookean;
 pub mod piston;
+pub mod plastic_cut;
 pub mod punch;
 pub mod report;
 
@@ -24,7 +25,7 @@ use rayon::prelude::*;
 type Problem = (&'static str, fn(&mut Report));
 
 /// All problems, in the order of the table.
-const PROBLEMS: [Problem; 9] = [
+const PROBLEMS: [Problem; 10] = [
     ("material point", material_point::verify),
     ("manufactured solutions", manufactured::verify),
     ("vibrating bar", bar::verify),
@@ -32,6 +33,7 @@ const PROBLEMS: [Problem; 9] = [
     ("inclined plane", incline::verify),
     ("two disks", disks::verify),
     ("flat punch", punch::verify),
+    ("plastic cut", plastic_cut::verify),
     ("heat conduction", heat::verify),
     ("thermal expansion", expansion::verify),
 ];
