@@ -206,6 +206,8 @@ mod tests {
             ("cut --papre", "'--paper'"),
             ("cut --paper --quick", "cannot be used with"),
             ("cut --set friction", "NAME=VALUE is needed"),
+            ("cut --stop soon", "like 40us"),
+            ("cut --step -1us", "above 0"),
             ("hard-cases --short --write", "cannot be used with"),
             ("bench --quick --full", "cannot be used with"),
             ("bench --row", "a value is required"),
