@@ -1,5 +1,5 @@
-//! What a cut can be told on the command line. `cargo xtask cut` reads this file, too: it checks a line before it builds
-//! anything, and its help is this one.
+//! What a cut can be told on the command line. `cargo xtask cut` reads this file, too: it checks a line
+//! before it builds anything, and its help is this one.
 
 use std::path::PathBuf;
 
@@ -32,7 +32,8 @@ pub struct Arguments {
 /// What a time has to be.
 pub const A_TIME: &str = "a time above 0 is needed, like 40us, 0.04ms or 4e-5 (seconds)";
 
-/// The text of a time: a number above zero with or without a unit, which only the FMU's own table of units can read.
+/// The text of a time: a number above zero with or without a unit, which only the FMU's own table of units
+/// can read.
 fn time(text: &str) -> Result<String, String> {
     let number = text.trim_end_matches(char::is_alphabetic).trim();
     let is_time = number.parse().is_ok_and(|value: f64| value.is_finite() && value > 0.0);

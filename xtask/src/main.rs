@@ -65,7 +65,8 @@ enum Command {
     ///
     /// A study that was ended goes on where it was, and says at its start how long the rest takes.
     Accuracy(verify::Study),
-    /// Measured cuts of AISI 1045 and the shear plane: tables in target/validate, resumed as those of accuracy
+    /// Measured cuts of AISI 1045 and the shear plane: tables in target/validate, resumed as those of
+    /// accuracy
     Validate(verify::Study),
     /// The hard cases, and two thousand random scenes: table in target/hard-cases
     HardCases(hard_cases::Arguments),
