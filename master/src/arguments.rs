@@ -16,10 +16,10 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME=VALUE", value_parser = pair)]
     pub set: Vec<(String, String)>,
     /// End of the run: 40us, 0.04ms, 4e-5 (seconds) [default: 2 mm of travel, less in a shorter workpiece]
-    #[arg(long, value_name = "TIME", value_parser = time, allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = time, allow_hyphen_values = true)]
     pub stop: Option<String>,
     /// Communication step: 0.5us, 5e-7 (seconds)
-    #[arg(long, value_name = "TIME", value_parser = time, allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = time, allow_hyphen_values = true)]
     pub step: Option<String>,
     /// Folder for everything written [default: target/cut]
     #[arg(long, value_name = "DIR")]
