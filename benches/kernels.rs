@@ -1,5 +1,6 @@
 //! Single kernels under Criterion: `cargo bench --bench kernels`. Each covers a path that no other does, on more points
-//! than the cache of one core holds; throughput is in points (or numbers) per second. Last, the states of an FMU.
+//! than the cache of one core holds; throughput is in points (or numbers) per second. Last, the states of an
+//! FMU.
 
 #[path = "report/blocks.rs"]
 mod blocks;
@@ -122,7 +123,8 @@ impl Drop for Kept<'_> {
     }
 }
 
-/// What masters with rollback and optimisers do in every step, through the C functions, with the reference cut's 30,000 points.
+/// What masters with rollback and optimisers do in every step, through the C functions, with the reference
+/// cut's 30,000 points.
 fn states(c: &mut Criterion) {
     let mut group = c.benchmark_group("state");
     let slave = importer::Slave::new(false);

@@ -84,8 +84,9 @@ fn the_solver_tells_its_effects_and_what_a_step_took() {
     assert!(log.contains("0 retired in this step") && log.contains("smallest volume ratio"), "{log}");
 }
 
-/// Nobody should wonder whether a long step still runs: messages with the time reached and the time left, the first long
-/// before the step ends, and nearly a second apart by the program's own clock, which a busy machine cannot bring nearer together.
+/// Nobody should wonder whether a long step still runs: messages with the time reached and the time left, the
+/// first long before the step ends, and nearly a second apart by the program's own clock, which a busy
+/// machine cannot bring nearer together.
 #[test]
 fn a_long_step_gives_news() {
     const LIMIT: f64 = 3.5;

@@ -1,5 +1,5 @@
-//! What a cut can be told on the command line. `cargo xtask cut` reads this file, too: it checks a line before it builds
-//! anything, and its help is this one.
+//! What a cut can be told on the command line. `cargo xtask cut` reads this file, too: it checks a line
+//! before it builds anything, and its help is this one.
 
 use std::path::PathBuf;
 
@@ -16,10 +16,10 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME=VALUE", value_parser = pair)]
     pub set: Vec<(String, String)>,
     /// End of the run: 40us, 0.04ms, 4e-5 (seconds) [default: 2 mm of travel, less in a shorter workpiece]
-    #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = time, allow_hyphen_values = true)]
     pub stop: Option<String>,
     /// Communication step: 0.5us, 5e-7 (seconds)
-    #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = time, allow_hyphen_values = true)]
     pub step: Option<String>,
     /// Folder for everything written [default: target/cut]
     #[arg(long, value_name = "DIR")]
@@ -27,6 +27,17 @@ pub struct Arguments {
     /// Only tell the CPU time that the run would take, and the error band of its force
     #[arg(long)]
     pub estimate: bool,
+}
+
+/// What a time has to be.
+pub const A_TIME: &str = "a time above 0 is needed, like 40us, 0.04ms or 4e-5 (seconds)";
+
+/// The text of a time: a number above zero with or without a unit, which only the FMU's own table of units
+/// can read.
+fn time(text: &str) -> Result<String, String> {
+    let number = text.trim_end_matches(char::is_alphabetic).trim();
+    let is_time = number.parse().is_ok_and(|value: f64| value.is_finite() && value > 0.0);
+    if is_time { Ok(text.into()) } else { Err(A_TIME.into()) }
 }
 
 /// Name and value, as they stand around the first equals sign.

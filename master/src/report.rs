@@ -14,7 +14,8 @@ use crate::history::History;
 use crate::options::Options;
 use crate::run::{Cut, FRAME_TRAVEL};
 
-/// Travel over which means are taken (m): behind the entry, before the end. A run that ended before takes its second half.
+/// Travel over which means are taken (m): behind the entry, before the end. A run that ended before takes its
+/// second half.
 const STEADY: [f64; 2] = [1.0e-3, 1.6e-3];
 /// Travels at which pictures are drawn (m).
 const PICTURES: [f64; 4] = [0.5e-3, 1.0e-3, 1.5e-3, 2.0e-3];
@@ -184,8 +185,8 @@ fn picture_travels(end: f64) -> Vec<f64> {
     wanted
 }
 
-/// Removes what an earlier run drew at travels that this one may not have reached; a picture that this program did not draw
-/// stays.
+/// Removes what an earlier run drew at travels that this one may not have reached; a picture that this
+/// program did not draw stays.
 fn remove_old_pictures(out: &Path) -> Result<(), swarf::Error> {
     let refused = |path: &Path, e: std::io::Error| swarf::Error::File {
         path: path.display().to_string(),
@@ -346,7 +347,8 @@ mod tests {
         Cut { history, parameters, heads, ending: Ending::Complete, cpu_seconds: 1.0, wall_seconds: 1.0 }
     }
 
-    /// A force means nothing without its error, and the fields are of no use to who does not know which file to open.
+    /// A force means nothing without its error, and the fields are of no use to who does not know which file
+    /// to open.
     #[test]
     fn the_summary_has_the_band_and_the_file_of_the_fields() {
         let text = summary(&cut_to("band", 20, 0.054), Some(Path::new("out/fields/frames.pvd")));
@@ -363,7 +365,8 @@ mod tests {
         assert!(!unknown.contains("ParaView"), "{unknown}");
     }
 
-    /// A run that was stopped tells what it has: the mean over its second half, and says that this is no steady one.
+    /// A run that was stopped tells what it has: the mean over its second half, and says that this is no
+    /// steady one.
     #[test]
     fn a_short_run_has_means_of_its_second_half() {
         let text = summary(&cut_to("short", 8, 0.054), None);

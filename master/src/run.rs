@@ -74,7 +74,8 @@ pub fn estimate(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// End of the run (s): as asked for, or after the paper's travel, sooner where the workpiece is too short for it.
+/// End of the run (s): as asked for, or after the paper's travel, sooner where the workpiece is too short for
+/// it.
 fn stop_time(options: &Options, fmu: &Fmu) -> Result<f64, String> {
     if let Some(stop) = options.stop {
         return Ok(stop);
@@ -115,8 +116,8 @@ fn usual_travel(length: f64, gap: f64, feed: f64) -> Result<f64, String> {
     if length <= left {
         let [length, left] = [1e3 * length, 1e3 * left];
         return Err(format!(
-            "workpiece.length = {length:.3} mm leaves nothing to cut: a run ends {FEEDS_LEFT} feeds ({left:.3} mm) before \
-             the held side; --stop sets another end"
+            "workpiece.length = {length:.3} mm leaves nothing to cut: a run ends {FEEDS_LEFT} feeds \
+             ({left:.3} mm) before the held side; --stop sets another end"
         ));
     }
     Ok(TRAVEL.min(gap + length - left))
@@ -296,7 +297,8 @@ fn instance_terminate(instance: &mut Instance) {
 mod tests {
     use super::*;
 
-    /// The reference cut goes the paper's 2 mm; where the held side is nearer, its fixture would be measured, not the cut.
+    /// The reference cut goes the paper's 2 mm; where the held side is nearer, its fixture would be measured,
+    /// not the cut.
     #[test]
     fn a_cut_ends_before_the_held_side() {
         assert_eq!(usual_travel(3e-3, 1e-5, 3e-4), Ok(TRAVEL));

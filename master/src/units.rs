@@ -2,18 +2,19 @@
 
 use swarf::variables::real_from_text;
 
+use crate::arguments::A_TIME;
+
 /// A variable of the FMU that is a time: `--stop` and `--step` take the units that it takes.
-const A_TIME: &str = "results.interval";
+const VARIABLE: &str = "results.interval";
 
 /// A time above zero (s), from text as `--set` reads it: `40us`, `0.5 µs`, `4e-5`.
 ///
 /// # Errors
 /// Says what is needed.
 pub fn seconds(option: &str, text: &str) -> Result<f64, String> {
-    let number = real_from_text(A_TIME, text).ok().flatten();
-    number.filter(|value| value.is_finite() && *value > 0.0).ok_or_else(|| {
-        format!("{option} {text}: a time above 0 is needed, like 40us, 0.04ms or 4e-5 (seconds)")
-    })
+    let number = real_from_text(VARIABLE, text).ok().flatten();
+    let number = number.filter(|value| value.is_finite() && *value > 0.0);
+    number.ok_or_else(|| format!("{option} {text}: {A_TIME}"))
 }
 
 /// A time in the unit that gives it a number between 1 and 1000, with at most seven digits.

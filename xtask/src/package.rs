@@ -20,8 +20,8 @@ pub struct Arguments {
     /// The library needs glibc 2.17 at most (zig and cargo-zigbuild from PyPI, 100 MB)
     #[arg(long)]
     portable: bool,
-    /// A library for Windows as well, built on Linux (zig as above; Rust's standard library from rustup, or from Debian's
-    /// packages, 131 MB, unpacked into .tools)
+    /// A library for Windows as well, built on Linux (zig as above; Rust's standard library from rustup, or
+    /// from Debian's packages, 131 MB, unpacked into .tools)
     #[arg(long)]
     windows: bool,
     /// Take over the libraries of an FMU packaged on another platform

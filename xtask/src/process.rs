@@ -64,9 +64,7 @@ fn still_compiling(gone: Duration) -> String {
     } else {
         format!("{} min {} s", seconds / 60, seconds % 60)
     };
-    format!(
-        "xtask: still compiling, {gone} so far; the solver's kernels take minutes where they are not built yet"
-    )
+    format!("xtask: still compiling, {gone} so far; the solver's kernels take minutes where they are new")
 }
 
 /// A line on the terminal, in place of the bar that cargo may have there.
@@ -150,7 +148,8 @@ fn shown(command: &Command) -> String {
 mod tests {
     use super::*;
 
-    /// A build of minutes shows that it lives, and is silent once it has ended, however often it spoke before.
+    /// A build of minutes shows that it lives, and is silent once it has ended, however often it spoke
+    /// before.
     #[test]
     fn a_long_command_tells_that_it_goes_on() {
         let (running, ended) = channel::<()>();
