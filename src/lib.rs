@@ -3,8 +3,8 @@
 //! The modules from ground floor to top; each uses only those above it in this list.
 
 mod version;
-pub mod error;
-pub mod parallel;
+mod error;
+mod parallel;
 pub mod simd;
 pub mod checkpoint;
 pub mod dimension;
@@ -16,9 +16,9 @@ pub mod material;
 pub mod grid;
 pub mod transfer;
 pub mod partition;
-pub mod energy;
+mod energy;
 pub mod stabilization;
-pub mod speedups;
+mod speedups;
 pub mod contact;
 pub mod heat;
 pub mod simulation;

@@ -4,5 +4,5 @@
 //! [`watch`] looks at the energy of all points now and then. A new way to lose or gain energy gets an entry of its own
 //! in `Ledger`, and a term in `Ledger::imbalance`.
 
-pub mod ledger;
-pub mod watch;
+pub(crate) mod ledger;
+pub(crate) mod watch;

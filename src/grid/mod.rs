@@ -14,7 +14,7 @@
 //! holds until points are sorted again, before any has moved by more than a cell.
 
 pub mod shape_function;
-pub mod body_force;
+pub(crate) mod body_force;
 
 use crate::dimension::Dimension;
 use crate::simd::{Real, each};

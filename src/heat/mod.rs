@@ -33,9 +33,9 @@
 //!
 //! Form of the effect: an optional pass; the points' kernel is the adiabatic one.
 
-pub mod nodes;
-pub mod sources;
-pub mod tool;
+mod nodes;
+pub(crate) mod sources;
+pub(crate) mod tool;
 
 use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;

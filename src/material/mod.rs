@@ -12,12 +12,12 @@
 pub mod damage;
 pub mod effects;
 mod elasticity;
-pub mod flow_law;
+pub(crate) mod flow_law;
 pub mod hardening;
 pub mod j2_plasticity;
 pub mod library;
 pub mod multiplicative;
-pub mod rate;
+pub(crate) mod rate;
 mod return_mapping;
 pub mod viscosity;
 pub mod zerilli_armstrong;

@@ -12,10 +12,10 @@
 //! * `plot`: pictures and charts (feature `plot`, no part of the shipped library).
 
 pub mod point_fields;
-pub mod survey;
+pub(crate) mod survey;
 pub mod profiles;
 pub mod segmentation;
-pub mod directory_lock;
+pub(crate) mod directory_lock;
 pub mod results;
 pub mod vtk;
 #[cfg(feature = "plot")]

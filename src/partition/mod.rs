@@ -12,11 +12,11 @@
 //! Sorted points go to a second set of blocks, which then changes places with the first: after the first
 //! sorts no memory is asked for.
 
-pub mod chunk;
-pub mod nodes;
-pub mod smoothing;
-pub mod step_bounds;
-pub mod velocity_outliers;
+pub(crate) mod chunk;
+pub(crate) mod nodes;
+mod smoothing;
+pub(crate) mod step_bounds;
+pub(crate) mod velocity_outliers;
 
 use crate::checkpoint::{BulkReader, StateBytes};
 use crate::dimension::Dimension;

@@ -10,7 +10,7 @@
 //! and its scratch for 64 points stays in the first-level cache. A position is the nearest grid node and the offset
 //! from it in cells, so that its precision is the same everywhere in the domain.
 
-pub mod inactive;
+pub(crate) mod inactive;
 
 use crate::dimension::Dimension;
 use crate::simd::Real;

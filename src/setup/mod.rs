@@ -15,7 +15,7 @@ pub mod checks;
 pub mod courant_limit;
 mod cut;
 mod effects_summary;
-pub mod process;
+pub(crate) mod process;
 
 pub use effects_summary::effects_summary;
 

@@ -89,7 +89,7 @@ macro_rules! units {
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 pub mod math;
-pub mod pair;
+pub(crate) mod pair;
 mod portable;
 mod scalar;
 #[cfg(test)]

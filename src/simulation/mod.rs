@@ -1,6 +1,6 @@
 //! The main loop: one explicit substep of the material point method on the solver's own clock.
 
-pub mod solver;
+pub(crate) mod solver;
 
 mod contacts;
 mod heating;

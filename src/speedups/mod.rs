@@ -3,6 +3,6 @@
 //! Each is an option of the main loop (`simulation::Options`) and costs nothing where a scene does not take it. The levels
 //! of `numerics.speed` that set them together stand in `scene::speed_levels`.
 
-pub mod mass_scaling;
-pub mod active_window;
-pub mod rigid_chip;
+pub(crate) mod mass_scaling;
+pub(crate) mod active_window;
+pub(crate) mod rigid_chip;

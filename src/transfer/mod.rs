@@ -33,7 +33,7 @@
 //! Equation numbers: Ambati et al. (2011). Stress is updated after the velocity ("stress last").
 
 pub mod apic;
-pub mod stencils;
+pub(crate) mod stencils;
 
 mod look;
 mod moments;

@@ -14,12 +14,12 @@
 //! parameters. A new variable takes a new number; none is used again.
 
 mod chip_state;
-pub mod enumerations;
+pub(crate) mod enumerations;
 mod material;
 mod numerics;
 mod outputs;
 mod text;
-pub mod units;
+pub(crate) mod units;
 mod process;
 
 use crate::Error;

@@ -3,9 +3,9 @@
 //! Drawn by plotters into PNG files with a font that comes along, so that a picture looks alike on every machine. Each
 //! file carries the program's version and the run's parameters as text inside the PNG.
 
-pub mod chart;
+mod chart;
 pub mod colours;
-pub mod field;
+mod field;
 
 use std::path::Path;
 use std::sync::Once;

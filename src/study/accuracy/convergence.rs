@@ -20,8 +20,6 @@ const SHRINKS: f64 = std::f64::consts::SQRT_2;
 /// One spacing: the values of runs from shifted starts.
 #[derive(Clone, Debug)]
 pub struct Station {
-    /// Distance between points (m).
-    pub spacing: f64,
     /// One value per start.
     pub values: Vec<f64>,
 }
@@ -35,8 +33,6 @@ pub struct Convergence {
     pub scatter: Vec<f64>,
     /// Band per spacing, over the finest mean (-).
     pub bands: Vec<f64>,
-    /// Order and extrapolated value, where the differences shrink as an order demands.
-    pub order: Option<(f64, f64)>,
     /// The verdict in words.
     pub verdict: String,
 }
@@ -76,7 +72,7 @@ pub fn judge(stations: &[Station]) -> Convergence {
         None if differences.len() < 3 => "too few spacings to speak of an order".into(),
         None => "does not converge with an order: differences do not shrink evenly".into(),
     };
-    Convergence { means, scatter, bands, order, verdict }
+    Convergence { means, scatter, bands, verdict }
 }
 
 /// The order at the fine end, where at least three differences of one sign shrink evenly.
@@ -103,16 +99,16 @@ mod tests {
     use super::*;
 
     fn stations(values: &[f64]) -> Vec<Station> {
-        let spacing = |k: usize| 4e-5 / (1 << k) as f64;
-        values.iter().enumerate().map(|(k, &v)| Station { spacing: spacing(k), values: vec![v] }).collect()
+        values.iter().map(|&v| Station { values: vec![v] }).collect()
     }
 
     /// 500 + h with h = 40, 20, 10, 5: the value without spacing is found, and every band holds its true error.
     #[test]
     fn first_order_is_seen_and_extrapolated() {
         let result = judge(&stations(&[540.0, 520.0, 510.0, 505.0]));
-        let (p, value) = result.order.expect("first order");
-        assert!((p - 1.0).abs() < 1e-12 && (value - 500.0).abs() < 1e-9, "order {p}, value {value}");
+        let p = order(&[20.0, 10.0, 5.0]).expect("first order");
+        assert!((p - 1.0).abs() < 1e-12, "order {p}");
+        assert_eq!(result.verdict, "differences shrink with order 1.0; extrapolated 500.0");
         for (k, error) in [40.0, 20.0, 10.0, 5.0].into_iter().enumerate() {
             let band = result.bands[k] * 505.0;
             assert!(band >= error && band <= 1.3 * error, "band {band} for an error of {error}");
@@ -123,7 +119,7 @@ mod tests {
     #[test]
     fn growing_differences_are_not_extrapolated() {
         let result = judge(&stations(&[530.0, 522.0, 508.0, 487.0]));
-        assert_eq!(result.order, None);
+        assert_eq!(order(&[8.0, 14.0, 21.0]), None);
         assert!(result.verdict.contains("does not converge"), "{}", result.verdict);
         assert!((result.bands[3] - 3.0 * 21.0 / 487.0).abs() < 1e-12, "{:?}", result.bands);
     }
@@ -131,8 +127,8 @@ mod tests {
     /// Starts that differ by more than the spacing does leave no room for a trend.
     #[test]
     fn scatter_is_part_of_the_band() {
-        let of = |spacing: f64, middle: f64| Station { spacing, values: vec![middle - 10.0, middle + 10.0] };
-        let result = judge(&[of(4e-5, 501.0), of(2e-5, 500.0), of(1e-5, 502.0), of(5e-6, 500.0)]);
+        let of = |middle: f64| Station { values: vec![middle - 10.0, middle + 10.0] };
+        let result = judge(&[of(501.0), of(500.0), of(502.0), of(500.0)]);
         assert!(result.verdict.contains("within the scatter"), "{}", result.verdict);
         // Standard deviation of two values 20 apart: 14.1.
         assert!(

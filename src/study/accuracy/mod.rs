@@ -4,12 +4,12 @@
 //! a kill (`store`), and `report` makes tables, plots and `price_list.csv` from it. `validation` compares with measured
 //! cuts: `cargo xtask validate`.
 
-pub mod convergence;
-pub mod design;
-pub mod queue;
-pub mod report;
-pub mod run;
-pub mod store;
+mod convergence;
+mod design;
+mod queue;
+mod report;
+mod run;
+mod store;
 pub mod validation;
 
 use crate::Error;

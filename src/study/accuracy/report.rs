@@ -55,10 +55,8 @@ impl<'a> Report<'a> {
         for (heat, method) in design.judged() {
             let Some(stations) = report.stations(method) else { continue };
             let convergence = (0..OUTPUTS.len()).map(|k| {
-                let of = |s: &(f64, Vec<Measured>)| Station {
-                    spacing: s.0,
-                    values: s.1.iter().map(|m| m.outputs[k]).collect(),
-                };
+                let of =
+                    |s: &(f64, Vec<Measured>)| Station { values: s.1.iter().map(|m| m.outputs[k]).collect() };
                 judge(&stations.iter().map(of).collect::<Vec<_>>())
             });
             let convergence = convergence.collect();

@@ -3,21 +3,21 @@
 //! Each case is a function that fills a sheet, in a short form for the tests and a full form for `cargo xtask
 //! hard-cases`. A case that cannot be computed must end in an error that names its cause; that stands in the sheet as well.
 
-pub mod child;
-pub mod cuts;
-pub mod endurance;
-pub mod interrupted;
-pub mod lone_points;
-pub mod long_vibration;
+mod child;
+mod cuts;
+mod endurance;
+mod interrupted;
+mod lone_points;
+mod long_vibration;
 pub mod misuse;
-pub mod entry_and_exit;
-pub mod sheet;
-pub mod sliding_bar;
-pub mod steering;
-pub mod stretching;
+mod entry_and_exit;
+mod sheet;
+mod sliding_bar;
+mod steering;
+mod stretching;
 pub mod table;
-pub mod temperatures;
-pub mod tool_shapes;
+mod temperatures;
+mod tool_shapes;
 pub mod monitor;
 
 pub use sheet::{Figure, Sheet};

@@ -11,11 +11,11 @@ pub mod heat;
 pub mod incline;
 pub mod manufactured;
 pub mod material_point;
-pub mod neo_hookean;
+mod neo_hookean;
 pub mod piston;
 pub mod plastic_cut;
 pub mod punch;
-pub mod report;
+pub(crate) mod report;
 
 pub use report::{Finding, Report};
 
