@@ -1,6 +1,7 @@
 //! What can go wrong, in words a user of the FMU understands.
 //!
-//! A text says what was asked, what is allowed and what holds now, with the variable's name as the user knows it.
+//! A text says what was asked, what is allowed and what holds now, with the variable's name as the user knows
+//! it.
 
 use std::fmt;
 

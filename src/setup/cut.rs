@@ -41,13 +41,15 @@ impl Process for Cut {
 
     /// The workpiece as a lattice of points, its left and bottom nodes fixed.
     ///
-    /// A wall is only as long as the workpiece: a chip flies past it. It goes on behind its surface as far as points reach:
-    /// free nodes there would take the stress off points that press on it (test `the_period_converges`).
+    /// A wall is only as long as the workpiece: a chip flies past it. It goes on behind its surface as far as
+    /// points reach: free nodes there would take the stress off points that press on it (test
+    /// `the_period_converges`).
     fn bodies(&self, scene: &Scene, axes: usize) -> Bodies {
         let cell = scene.numerics.cell();
         let workpiece = &scene.workpiece;
         let size = [workpiece.length, workpiece.height, workpiece.width];
-        // Room for the chip: a workpiece length to each side, three heights above; memory is used only where points are.
+        // Room for the chip: a workpiece length to each side, three heights above; memory is used only where
+        // points are.
         let before = [workpiece.length, 0.25 * workpiece.height + 8.0 * cell, workpiece.width];
         let behind = [workpiece.length, 3.0 * workpiece.height, workpiece.width];
         let mut counts = [1; 3];
@@ -74,7 +76,8 @@ impl Process for Cut {
         Bodies { counts, origin, fixed: vec![left, bottom], lattices: vec![PlacedLattice { lattice, first }] }
     }
 
-    /// The tool at its feed, its foremost part within the feed `tool.initial_gap` ahead of the workpiece's right side.
+    /// The tool at its feed, its foremost part within the feed `tool.initial_gap` ahead of the workpiece's
+    /// right side.
     fn tool(&self, scene: &Scene) -> Result<RigidTool, Error> {
         let tool = &scene.tool;
         let shape = ToolShape::new(

@@ -1,7 +1,8 @@
-//! What a process of metal working is to the rest of the program: bodies, walls, a tool and its motion, and what it asks of a scene.
+//! What a process of metal working is to the rest of the program: bodies, walls, a tool and its motion, and
+//! what it asks of a scene.
 //!
-//! One type per scene, all of it plain data: the kernels are chosen elsewhere and know none of them. To add a scene, write such a
-//! type in a file of its own and name it in `setup::process_of`.
+//! One type per scene, all of it plain data: the kernels are chosen elsewhere and know none of them. To add a
+//! scene, write such a type in a file of its own and name it in `setup::process_of`.
 
 use crate::error::Error;
 use crate::grid::FixedNodes;
@@ -74,7 +75,8 @@ pub trait Process: Sync {
     /// `Error::Inconsistent` when its shape is impossible.
     fn tool(&self, scene: &Scene) -> Result<RigidTool, Error>;
 
-    /// The tool's motion in a substep that starts with these inputs; `time_step` tells the substep's length (s) for a motion.
+    /// The tool's motion in a substep that starts with these inputs; `time_step` tells the substep's length
+    /// (s) for a motion.
     fn tool_motion(
         &self,
         scene: &Scene,

@@ -1,7 +1,9 @@
-//! The tool where a cut begins and ends: through the workpiece's end, inside material at the start, never touching it.
+//! The tool where a cut begins and ends: through the workpiece's end, inside material at the start, never
+//! touching it.
 //!
-//! The workpiece's left side is held (`setup`): a tool that goes on presses what is left against that wall, and no
-//! run of a chip between two rigid walls can end well. It must end in an error that says so, or with a closed ledger.
+//! The workpiece's left side is held (`setup`): a tool that goes on presses what is left against that wall,
+//! and no run of a chip between two rigid walls can end well. It must end in an error that says so, or with a
+//! closed ledger.
 
 use super::Setting;
 use super::monitor::{NO_SLOPE, Watched, cut, soundness};
@@ -60,7 +62,8 @@ fn out_over_the_end(setting: &Setting, sheet: &mut Sheet) {
     soundness(sheet, "lifted out before the held end", &run);
 }
 
-/// A block that the tool overlaps by `depth` (cells) when the run begins: contact lets it out, whatever the depth.
+/// A block that the tool overlaps by `depth` (cells) when the run begins: contact lets it out, whatever the
+/// depth.
 fn inside_at_the_start(sheet: &mut Sheet, depth: f64) {
     const CELL: f64 = 2e-5;
     let size = [16.0 * CELL, 12.0 * CELL];

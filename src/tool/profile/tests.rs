@@ -91,7 +91,8 @@ fn normal_is_the_gradient_of_the_distance() {
             let left_over = shape.closest(foot).distance;
             assert!(left_over.abs() <= 1e-17, "foot {foot:?} is {left_over} off {shape:?}");
 
-            // Central differences straddle no kink if both ends see the same face, and curvature 1/d is small.
+            // Central differences straddle no kink if both ends see the same face, and curvature 1/d is
+            // small.
             let ends = [[x - step, y], [x + step, y], [x, y - step], [x, y + step]].map(|p| shape.closest(p));
             if here.distance.abs() < 1e-5 || ends.iter().any(|end| end.face != here.face) {
                 continue;
@@ -111,7 +112,8 @@ fn normal_is_the_gradient_of_the_distance() {
     assert!(compared > 10_000, "only {compared} points were compared");
 }
 
-/// The sharp tool is the limit of rounded ones: faces move by at most 2 r and the corner by at most r / sin(β/2).
+/// The sharp tool is the limit of rounded ones: faces move by at most 2 r and the corner by at most r /
+/// sin(β/2).
 #[test]
 fn rounded_edge_tends_to_the_sharp_one() {
     let mut random = Random(4);
