@@ -44,12 +44,27 @@ pub struct ToolBody {
     belongs: Vec<bool>,
     /// Width of the cut (m).
     width: f64,
-    /// k (W/(m K)).
-    conductivity: f64,
-    /// ρ c (J/(m3 K)).
-    capacity: f64,
-    /// H (W/(m2 K)).
-    conductance: f64,
+    material: ToolMaterial,
+}
+
+/// What a tool is made of, for heat.
+#[derive(Clone, Copy, Debug)]
+pub struct ToolMaterial {
+    /// k (W/(m K)), above 0.
+    pub conductivity: f64,
+    /// ρ c (J/(m3 K)), above 0.
+    pub capacity: f64,
+    /// H of the contact with the chip (W/(m2 K)).
+    pub conductance: f64,
+}
+
+/// The workpiece on the other side of the contact.
+#[derive(Clone, Copy, Debug)]
+pub struct Opposite {
+    /// ρ₀ c (J/(m3 K)).
+    pub capacity: f64,
+    /// Temperature at the start of tool and workpiece (K).
+    pub reference: f64,
 }
 
 impl ToolBody {
@@ -57,15 +72,7 @@ impl ToolBody {
     ///
     /// * `cell`: edge of a cell (m)
     /// * `width`: of the cut (m)
-    /// * `conductivity`: k (W/(m K)), above 0
-    /// * `capacity`: ρ c (J/(m3 K)), above 0
-    /// * `conductance`: H of the contact (W/(m2 K))
-    pub fn new(
-        shape: &ToolShape,
-        (cell, width): (f64, f64),
-        (conductivity, capacity): (f64, f64),
-        conductance: f64,
-    ) -> Self {
+    pub fn new(shape: &ToolShape, cell: f64, width: f64, material: ToolMaterial) -> Self {
         let (corner, high) = shape.bounds();
         let counts = [0, 1].map(|axis| ((high[axis] - corner[axis]) / cell - 1e-9).ceil().max(1.0) as usize);
         let belongs = (0..counts[0] * counts[1])
@@ -75,7 +82,7 @@ impl ToolBody {
                 shape.closest(centre).distance < 0.0
             })
             .collect();
-        ToolBody { cell, corner, counts, belongs, width, conductivity, capacity, conductance }
+        ToolBody { cell, corner, counts, belongs, width, material }
     }
 
     /// Number of cells, those outside the tool included.
@@ -85,7 +92,7 @@ impl ToolBody {
 
     /// Heat capacity of a cell (J/K).
     fn cell_capacity(&self) -> f64 {
-        self.capacity * self.cell * self.cell * self.width
+        self.material.capacity * self.cell * self.cell * self.width
     }
 
     /// Heat stored (J) at rises of temperature (K) by cell.
@@ -134,7 +141,7 @@ impl ToolBody {
 
     /// Conducts within the tool over `dt` (s).
     pub fn conduct(&self, rises: &mut [f64], dt: f64) {
-        let diffusivity = self.conductivity / self.capacity;
+        let diffusivity = self.material.conductivity / self.material.capacity;
         let number = diffusivity * dt / (self.cell * self.cell);
         let steps = (4.0 * number / FRACTION).ceil().max(1.0);
         let mut flow = vec![0.0; rises.len()];
@@ -185,13 +192,12 @@ impl ToolBody {
 
     /// Exchanges heat with the points that the tool reaches, over `dt` (s).
     ///
-    /// * `capacity`: ρ₀ c of the workpiece (J/(m3 K))
-    /// * `reference`: temperature at the start of tool and workpiece (K)
     pub fn exchange<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
         &self,
         (partition, model): (&mut Partition<R, D, M::State>, &M),
         tool: &RigidTool,
-        (capacity, reference, dt): (f64, f64, f64),
+        workpiece: Opposite,
+        dt: f64,
         totals: &mut HeatTotals,
     ) {
         let Partition { layout, chunks, .. } = partition;
@@ -222,10 +228,10 @@ impl ToolBody {
                 if distance > 0.5 * edge {
                     continue;
                 }
-                let points = capacity * volume;
+                let points = workpiece.capacity * volume;
                 let pair = points * own / (points + own);
-                let rise = model.temperature(&block.state, lane) - reference;
-                let share = -(-self.conductance * face * dt / pair).exp_m1();
+                let rise = model.temperature(&block.state, lane) - workpiece.reference;
+                let share = -(-self.material.conductance * face * dt / pair).exp_m1();
                 let heat = pair * (rise - totals.tool[cell]) * share;
                 if heat != 0.0 {
                     totals.tool[cell] += heat / own;
@@ -244,7 +250,8 @@ mod tests {
     /// A rectangular body of `cells` by twice as many.
     fn block(cells: usize) -> ToolBody {
         let shape = ToolShape::new(0.0, 0.0, 0.0, 5e-4, 1e-3).expect("a right-angled wedge");
-        ToolBody::new(&shape, (5e-4 / cells as f64, 1e-3), (46.0, 203.0 * 15_700.0), 1e6)
+        let material = ToolMaterial { conductivity: 46.0, capacity: 203.0 * 15_700.0, conductance: 1e6 };
+        ToolBody::new(&shape, 5e-4 / cells as f64, 1e-3, material)
     }
 
     /// The slowest mode of an insulated rectangle decays as exp(−π² κ t/L²); cells are of second order, and

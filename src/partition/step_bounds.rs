@@ -184,20 +184,28 @@ fn larger<R: Real>(a: R, b: R) -> R {
     if b > a { b } else { a }
 }
 
+/// How far points moved in a substep.
+#[derive(Clone, Copy, Debug)]
+pub struct StepMotion {
+    /// Time at the substep's start (s).
+    pub clock: f64,
+    /// Its length (s).
+    pub dt: f64,
+    /// Largest motion along an axis (cells).
+    pub travel: f64,
+    /// Cell length (m).
+    pub cell: f64,
+}
+
 /// Checks what the points did in a substep of `dt` (s) that began at `clock` (s).
 ///
-/// * `travel`: largest motion along an axis (cells), `cell`: cell length (m)
 /// * `sound`: speed of sound (m/s)
 /// * `is_finite`: whether all sums are
 ///
 /// # Errors
 /// `Error::Unstable` when a point moved too far, flies far faster than sound, or a value is not finite.
-pub fn check_motion(
-    (clock, dt): (f64, f64),
-    (travel, cell): (f64, f64),
-    sound: f64,
-    is_finite: bool,
-) -> Result<(), Error> {
+pub fn check_motion(motion: &StepMotion, sound: f64, is_finite: bool) -> Result<(), Error> {
+    let StepMotion { clock, dt, travel, cell } = *motion;
     if travel > TRAVEL_LIMIT || !is_finite {
         return Err(Error::Unstable(format!(
             "the run became unstable at t = {clock:.6e} s: a point moved {travel:.3} cells in one substep of {dt:.3e} s (at \

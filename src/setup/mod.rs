@@ -25,7 +25,7 @@ use crate::error::Error;
 use crate::grid::Layout;
 use crate::grid::shape_function::{Gimp, Linear, ShapeFunction};
 use crate::heat::HeatConduction;
-use crate::heat::tool::ToolBody;
+use crate::heat::tool::{ToolBody, ToolMaterial};
 use crate::material::ConstitutiveModel;
 use crate::material::damage::JohnsonCookDamage;
 use crate::material::effects::{Adiabatic, Isothermal, Softening, ThermalEffect};
@@ -315,10 +315,13 @@ fn simulation<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R
         conduction.plastic_work_heats = constants.taylor_quinney > 0.0;
         simulation.set_conduction(conduction);
         if scene.effects.tool_heat {
-            let sizes = (scene.numerics.cell(), scene.workpiece.width);
-            let material = (tool.conductivity, tool.specific_heat * tool.density);
-            let shape = &simulation.tool.shape;
-            let body = ToolBody::new(shape, sizes, material, tool.contact_conductance);
+            let material = ToolMaterial {
+                conductivity: tool.conductivity,
+                capacity: tool.specific_heat * tool.density,
+                conductance: tool.contact_conductance,
+            };
+            let (cell, width) = (scene.numerics.cell(), scene.workpiece.width);
+            let body = ToolBody::new(&simulation.tool.shape, cell, width, material);
             simulation.set_tool_body(body);
         }
     }

@@ -6,6 +6,7 @@ use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;
 use crate::heat::NodeHeat;
 use crate::heat::sources;
+use crate::heat::tool::Opposite;
 use crate::material::ConstitutiveModel;
 use crate::simd::Real;
 use crate::simulation::solver::Progress;
@@ -62,13 +63,9 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
     pub(super) fn conduct_in_tool(&mut self, dt: f64) {
         let (Some(body), Some(conduction)) = (&self.tool_body, &self.conduction) else { return };
         let Progress { heat, ledger, .. } = &mut self.progress;
-        let workpiece = (&mut self.partition, &self.model);
-        body.exchange::<R, D, M>(
-            workpiece,
-            &self.tool,
-            (conduction.capacity(), conduction.reference(), dt),
-            heat,
-        );
+        let opposite = Opposite { capacity: conduction.capacity(), reference: conduction.reference() };
+        let points = (&mut self.partition, &self.model);
+        body.exchange::<R, D, M>(points, &self.tool, opposite, dt, heat);
         body.conduct(&mut heat.tool, dt);
         let (stored, given) = (body.heat(&heat.tool), heat.friction_in_tool + heat.contact);
         let unresolved = body.unresolved_heat(conduction.reference());

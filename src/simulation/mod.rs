@@ -22,12 +22,12 @@ use crate::material::ConstitutiveModel;
 use crate::parallel::take_turns;
 use crate::partition::chunk::{Chunk, PointsStep};
 use crate::partition::nodes::{ChunkNodes, ContactAreas, StepContext};
-use crate::partition::step_bounds::{self, Bounds, MOST_RETRIES};
+use crate::partition::step_bounds::{self, Bounds, MOST_RETRIES, StepMotion};
 use crate::partition::{MOST_CHUNKS, Partition};
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::Real;
 pub use crate::simulation::solver::{PointView, Progress, Solver, ToolMotion, Touches};
-use crate::speedups::rigid_chip::TailMotion;
+use crate::speedups::rigid_chip::{FaceContact, TailMotion};
 use crate::stabilization::null_space_filter::{self, NullSpaceFilter};
 use crate::stabilization::volumetric_locking::{self, LockingControl};
 use crate::tool::RigidTool;
@@ -264,7 +264,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         let finite = ledger.is_finite() && volume_ratio.is_finite();
         let cell = self.partition.layout.cell;
         let sound = self.model.sound_speed(volume_ratio);
-        step_bounds::check_motion((self.progress.clock, dt), (travel, cell), sound, finite)?;
+        let motion = StepMotion { clock: self.progress.clock, dt, travel, cell };
+        step_bounds::check_motion(&motion, sound, finite)?;
         let progress = &mut self.progress;
         progress.contact_reach = contact_reach;
         progress.contact_areas.all += dt * contact.contact_areas.all;
@@ -309,10 +310,10 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             self.progress.window = Some(edges);
         }
         if let Some(chip_tail) = &self.options.chip_tail {
-            let tool = (self.tool.position[1], self.progress.contact_reach);
+            let contact = FaceContact { lowest: self.tool.position[1], reach: self.progress.contact_reach };
             let now = self.progress.clock;
             self.progress.tail =
-                chip_tail.follow(&mut self.partition, tool, (self.progress.tail, now), &mut retire);
+                chip_tail.follow(&mut self.partition, contact, self.progress.tail, now, &mut retire);
         }
         self.partition.sort(retire, parallel);
         self.progress.travel = 0.0;

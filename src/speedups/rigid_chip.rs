@@ -70,6 +70,15 @@ pub struct ChipTail {
     pub height: f64,
 }
 
+/// Where the chip touches the tool's face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaceContact {
+    /// Height of the tool's lowest point (m).
+    pub lowest: f64,
+    /// Furthest contact along the face (m).
+    pub reach: f64,
+}
+
 /// Motion of a rigid body in the plane from a time on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TailMotion {
@@ -134,26 +143,28 @@ impl TailMotion {
 impl ChipTail {
     /// Height (m) above which chip is tail.
     ///
-    /// * `lowest`, `contact`: height of the tool's lowest point, furthest contact along its face (m)
-    fn top(&self, (lowest, contact): (f64, f64), cell: f64) -> f64 {
+    /// * `cell`: cell length (m)
+    fn top(&self, contact: FaceContact, cell: f64) -> f64 {
+        let FaceContact { lowest, reach } = contact;
         let feed = (self.height - lowest).max(0.0);
-        lowest + (self.above * feed).max(contact + MARGIN * feed).max(SMALLEST * cell)
+        lowest + (self.above * feed).max(reach + MARGIN * feed).max(SMALLEST * cell)
     }
 
     /// Moves the tail to where it stands at `time` (s), lets points join it that have come high enough, and
     /// gives its motion from there on. Points of the tail that have reached the domain's rim are shown to
     /// `retire` and are gone. The points must be sorted anew afterwards.
     ///
-    /// * `tool`: height of its lowest point, furthest contact along its face (m)
+    /// * `motion`: that of the tail so far
     pub fn follow<R: Real, D: Dimension, S: PointState<R>>(
         &self,
         partition: &mut Partition<R, D, S>,
-        tool: (f64, f64),
-        (motion, time): (TailMotion, f64),
+        contact: FaceContact,
+        motion: TailMotion,
+        time: f64,
         mut retire: impl FnMut(&Block<R, D, S>, usize),
     ) -> TailMotion {
         let Partition { layout, chunks, tail, .. } = partition;
-        let top = self.top(tool, layout.cell);
+        let top = self.top(contact, layout.cell);
         let mut heap = InactivePoints::of(std::mem::take(tail));
         let mut k = 0;
         while k < heap.count {
@@ -283,19 +294,20 @@ mod tests {
         let tail = ChipTail { above: 2.0, height: 1.4e-4 };
         // Above an edge at 40 µm, with a feed of 100 µm: two feeds, contact and half a feed, 12 cells.
         let close = |a: f64, b: f64| (a - b).abs() < 1e-12;
-        assert!(close(tail.top((4e-5, 6e-5), 1e-5), 2.4e-4));
-        assert!(close(tail.top((4e-5, 6e-4), 1e-5), 6.9e-4));
-        assert!(close(tail.top((4e-5, 6e-5), 2e-5), 2.8e-4));
+        assert!(close(tail.top(FaceContact { lowest: 4e-5, reach: 6e-5 }, 1e-5), 2.4e-4));
+        assert!(close(tail.top(FaceContact { lowest: 4e-5, reach: 6e-4 }, 1e-5), 6.9e-4));
+        assert!(close(tail.top(FaceContact { lowest: 4e-5, reach: 6e-5 }, 2e-5), 2.8e-4));
         // Above an edge at 22.5 µm, without a feed: 142.5 µm, above the rows 0 to 18 of 32.
-        let (tail, tool) = (ChipTail { height: 0.0, ..tail }, (2.25e-5, 0.0));
+        let tail = ChipTail { height: 0.0, ..tail };
+        let tool = FaceContact { lowest: 2.25e-5, reach: 0.0 };
         let at_rest = TailMotion::at_rest(0.0);
         let motion =
-            tail.follow(&mut partition, tool, (at_rest, 1e-6), |_, _| panic!("no point has moved yet"));
+            tail.follow(&mut partition, tool, at_rest, 1e-6, |_, _| panic!("no point has moved yet"));
         assert_eq!([partition.tail_points().count(), partition.points().count()], [4 * 13, 4 * 19]);
         assert!((motion.velocity[1] - 30.0).abs() < 1e-9 && motion.spin.abs() < 1e-6, "{motion:?}");
         // After 10 µs the tail is 30 cells further up.
         let mut retired = Vec::new();
-        tail.follow(&mut partition, tool, (motion, 1.1e-5), |block, lane| retired.push(block.id[lane]));
+        tail.follow(&mut partition, tool, motion, 1.1e-5, |block, lane| retired.push(block.id[lane]));
         let height = |id: u32| 35.0 + 0.5 * f64::from(id / 4);
         assert!(!retired.is_empty() && retired.iter().all(|&id| height(id) > 46.0), "{retired:?}");
         for (block, lane) in partition.tail_points() {
