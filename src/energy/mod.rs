@@ -1,8 +1,11 @@
 //! Where the energy goes, and the watch that stops a run which makes some.
 //!
-//! [`ledger`] books every term from what it names, none as a remainder; what is left over is the error of the
-//! balance. [`watch`] looks at the energy of all points now and then. A new way to lose or gain energy gets
+//! `ledger` books every term from what it names, none as a remainder; what is left over is the error of the
+//! balance. `watch` looks at the energy of all points now and then. A new way to lose or gain energy gets
 //! an entry of its own in `Ledger`, and a term in `Ledger::imbalance`.
+//!
+//! What may be touched: a term never becomes a remainder of the others; `tests/conservation.rs` closes the
+//! balance.
 
 pub(crate) mod ledger;
 pub(crate) mod watch;

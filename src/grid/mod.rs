@@ -12,6 +12,10 @@
 //!
 //! so the grid costs memory and time only where there is material, and the domain may be large. The
 //! arrangement holds until points are sorted again, before any has moved by more than a cell.
+//!
+//! What may be touched: a shape function is a type in `shape_function` that implements `ShapeFunction`
+//! (weights and slopes of three nodes); `setup` names it, and `setup::courant_limit` finds its stable
+//! substep.
 
 pub mod shape_function;
 pub(crate) mod body_force;

@@ -33,6 +33,9 @@
 //! Hammerquist and Nairn (2017), doi:10.1016/j.cma.2017.01.035. The form of the last term is this project's.
 //!
 //! Form of the effect: an optional pass; the points' kernel is the adiabatic one.
+//!
+//! What may be touched: another source of heat deposits on nodes as those in `sources` do and is booked in
+//! `HeatTotals`.
 
 mod nodes;
 pub(crate) mod sources;

@@ -11,6 +11,13 @@
 //!
 //! Sorted points go to a second set of blocks, which then changes places with the first: after the first
 //! sorts no memory is asked for.
+//!
+//! * `chunk`, `nodes`: a chunk's points, the nodes around them;
+//! * `smoothing`, `step_bounds`, `velocity_outliers`: what is done to increments, and how a substep is
+//!   judged.
+//!
+//! What may be touched: anything whose sums keep the order of chunks, owned nodes and points; that order
+//! makes results the same on any number of threads (`tests/determinism.rs`).
 
 pub(crate) mod chunk;
 pub(crate) mod nodes;

@@ -9,6 +9,9 @@
 //! A block's arrays lie one after another (array of structures of arrays), so that a kernel streams through
 //! memory and its scratch for 64 points stays in the first-level cache. A position is the nearest grid node
 //! and the offset from it in cells, so that its precision is the same everywhere in the domain.
+//!
+//! What may be touched: a column of `Block` is counted in `columns`, `column` and `column_mut`, or it is not
+//! saved; a model's own columns stand in its `PointState`. `inactive` holds points that are set aside.
 
 pub(crate) mod inactive;
 

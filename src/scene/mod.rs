@@ -2,6 +2,13 @@
 //!
 //! Plain data. Names, units, ranges and texts of the parameters stand in the table of `variables`; what
 //! belongs together is checked in `Scene::check`.
+//!
+//! * this file: the parameters; `lattice`: the points that a block starts as;
+//! * `presets`: the price list, error bands and the presets of `numerics.accuracy`; `speed_levels`: what
+//!   `numerics.speed` sets.
+//!
+//! What may be touched: a new parameter is a field here and an entry in a table of `variables`; an item of a
+//! choice is always appended, since its number is part of the FMU's interface.
 
 pub mod lattice;
 pub mod presets;

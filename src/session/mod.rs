@@ -8,7 +8,7 @@
 //! * this file: `Session`, its checks, how it advances, its bytes;
 //! * `outputs`: what is shown at a communication point, by the table of `variables::outputs`;
 //! * `run_state`: what a session keeps beside its solver, all of it part of a saved state;
-//! * [`cost_estimate`]: what a run will cost.
+//! * `cost_estimate`: what a run will cost.
 //!
 //! What may be touched: a new field of `RunState` changes the bytes of a state and needs a new format number
 //! below and a check in `RunState::check`; substeps read nothing but `RunState` and the solver, or a saved

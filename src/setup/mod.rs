@@ -10,6 +10,13 @@
 //! and Cook's law in the plane with GIMP only. Everything else - other laws, damage, artificial viscosity,
 //! three dimensions, linear shape functions - runs in the one kernel with rate and adiabatic heat, and what
 //! the scene lacks of these is taken out by constants (`constants_in_use`).
+//!
+//! * this file: the choice of kernel; `cut` and `process`: what a scene builds; `checks`: what it may not
+//!   ask for;
+//! * `courant_limit`: the stable substep; `effects_summary`: the log's line on effects.
+//!
+//! What may be touched: a scene is a type that implements `Process`; a flow law is an arm of `with_law`;
+//! every combination that is not compiled is refused by name in `checks`.
 
 pub mod checks;
 pub mod courant_limit;

@@ -1,20 +1,25 @@
 //! Several points side by side, and one kernel compiled for every instruction set.
 //!
-//! A kernel is written once against [`Simd`] and [`Vector`], with ordinary operators; [`dispatch`] runs the
+//! A kernel is written once against [`Simd`] and [`Vector`], with ordinary operators; `dispatch` runs the
 //! copy of it that was compiled for the instruction set asked for. The choice is made at run time because one
 //! library is shipped for every processor of a platform: without it the whole solver would be confined to the
 //! oldest one's instructions.
 //!
 //! * `portable`: plain arrays, for any processor, and the independent check of the next;
 //! * `avx2`: 256-bit registers with fused multiply-add, on x86-64 processors since 2013;
-//! * [`pair`]: two vectors as one, for work that waits for its own results;
-//! * [`math`]: exp, ln and pow of a whole vector, without branches or tables.
+//! * `pair`: two vectors as one, for work that waits for its own results;
+//! * `math`: exp, ln and pow of a whole vector, without branches or tables.
 //!
 //! All `unsafe` of the numerical code is in this folder. The vectors of `avx2` cannot be named outside it: a
-//! kernel receives them only from [`dispatch`], which has checked the processor. That check is what makes
+//! kernel receives them only from `dispatch`, which has checked the processor. That check is what makes
 //! their use safe.
 //!
 //! The two instruction sets differ in the last bits, since only one fuses multiplication and addition.
+//!
+//! What may be touched: a new instruction set is a file of its own that implements `Simd`, `Vector` and
+//! `Mask`, an item of `InstructionSet` and an arm in `scalar`; the tests of this room run every kernel's
+//! operations on each. The contract of `Kernel` and `each!` stays as it is: what is not inlined is not
+//! compiled for the instruction set.
 
 /// The array of one expression for each index below a number: `each!(k < 3 => f(k))`.
 ///

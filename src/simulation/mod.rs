@@ -1,4 +1,12 @@
 //! The main loop: one explicit substep of the material point method on the solver's own clock.
+//!
+//! * this file: `Simulation` and `step`, the loop on one screen; `contacts` and `heating`: its parts about
+//!   the tool and heat;
+//! * `solver`: the simulation as the rest of the program sees it, whatever its kernel; `options`: numbers and
+//!   optional passes.
+//!
+//! What may be touched: a pass is called in `step` and keeps what it needs between substeps in `Progress`,
+//! which is saved; nothing here knows a scene, a file or the FMI.
 
 pub(crate) mod solver;
 

@@ -2,6 +2,9 @@
 //!
 //! Each is an option of the main loop (`simulation::Options`) and costs nothing where a scene does not take
 //! it. The levels of `numerics.speed` that set them together stand in `scene::speed_levels`.
+//!
+//! What may be touched: a lever's accuracy is measured before its level takes it (`cargo xtask bench --row
+//! levels`); what it keeps between substeps is saved in `Progress`.
 
 pub(crate) mod mass_scaling;
 pub(crate) mod active_window;

@@ -3,6 +3,9 @@
 //!
 //! Both are passes of their own, run when the points have moved by a share of a cell; what they take out of
 //! the motion is booked as damping.
+//!
+//! What may be touched: another pass is called in `Simulation::step` where these are, and its interval is
+//! counted in `Progress`, which is saved.
 
 pub(crate) mod null_space_filter;
 pub mod volumetric_locking;

@@ -1,7 +1,10 @@
 //! The rigid tool: where it is, how it moves, and its cross-section.
 //!
-//! [`profile`] is the exact shape; contact laws, heat and pictures take the tool from here and change nothing
+//! `profile` is the exact shape; contact laws, heat and pictures take the tool from here and change nothing
 //! in it.
+//!
+//! What may be touched: another shape is another set of supporting lines in `profile`; whoever asks for the
+//! closest point, contact, heat and pictures, sees only [`profile::Closest`].
 
 pub mod profile;
 

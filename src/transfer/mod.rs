@@ -33,6 +33,10 @@
 //! with first moments (`moments`).
 //!
 //! Equation numbers: Ambati et al. (2011). Stress is updated after the velocity ("stress last").
+//!
+//! What may be touched: another transfer is another pair of stages 2 and 4 beside `moments`; what a pass adds
+//! up goes into `PassSums` and from there into the ledger. Instruction counts of this room are held by `cargo
+//! xtask bench --instructions`.
 
 pub mod apic;
 pub(crate) mod stencils;

@@ -3,7 +3,7 @@
 //!
 //! * `process`, `material`, `numerics`: parameters of each, as tables;
 //! * `outputs`: inputs and outputs, and the struct `Outputs` made from the latter;
-//! * [`enumerations`], [`units`]: types that the tables use;
+//! * `enumerations`, `units`: types that the tables use;
 //! * `text`: values as a user types and reads them.
 //!
 //! What may be touched: a parameter is one entry of a table and a field of `scene`; an output is one entry of
