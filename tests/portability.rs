@@ -48,5 +48,5 @@ fn intrinsics_are_in_the_avx2_file_alone() {
 #[test]
 fn processors_are_told_apart_in_the_simd_floor_and_at_the_fmi_boundary_alone() {
     let files = files_with(&["target_arch", "target_feature", "is_x86_feature_detected"]);
-    assert_eq!(files, ["fmi/abi/mod.rs", "simd/avx2.rs", "simd/mod.rs", "simd/portable.rs"]);
+    assert_eq!(files, ["fmi/abi/mod.rs", "simd/avx2.rs", "simd/mod.rs", "simd/scalar.rs"]);
 }
