@@ -230,9 +230,13 @@ def test_a_wrong_guid_gives_no_instance(description, unpacked):
 
 
 def test_results_are_written_where_asked_and_foreign_files_kept(cut, tmp_path):
-    """Files for ParaView name the run; a user's own file by one of their names stops the run instead of being lost."""
+    """Files for ParaView name the run; a run in use and a user's own file stop another run instead of being lost."""
     values = {"results.directory": str(tmp_path / "fields"), "results.interval": 1e-6}
-    cut(values).begin().run(3e-6)
+    first = cut(values).begin()
+    first.run(3e-6)
+    with pytest.raises(Refused, match="another run"):
+        cut(values).begin()
+    first.call(first.slave.terminate)
     names = sorted(path.name for path in (tmp_path / "fields").iterdir())
     assert {"frame_00000.vtu", "frame_00002.vtu", "tool_00002.vtp", "frames.pvd", "history.csv"} <= set(names)
     assert b"friction = 0.2" in (tmp_path / "fields/frame_00000.vtu").read_bytes()

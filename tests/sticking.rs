@@ -291,7 +291,7 @@ fn a_strength_out_of_reach_changes_no_bit() {
     let hard = |has_effect: bool| {
         cut(0.2, |scene: &mut Scene| {
             scene.material.name = "custom".into();
-            scene.material.constants.yield_stress = 1e20;
+            scene.material.constants.yield_stress = 1e11;
             scene.inputs.tool_velocity = 5.0;
             scene.effects.sticking = has_effect;
         })
