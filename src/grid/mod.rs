@@ -49,6 +49,8 @@ pub struct Layout {
     pub start: Vec<usize>,
     /// Whether nodes keep the masses that they share with their neighbours (`partition::smoothing`).
     pub shares_masses: bool,
+    /// Whether the points of a cell share their rate of volume change (`transfer::mean_dilatation`).
+    pub means_dilatation: bool,
 }
 
 impl Layout {

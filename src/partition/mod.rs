@@ -164,8 +164,8 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
     /// pool.
     pub fn sort(&mut self, mut retire: impl FnMut(&Block<R, D, S>, usize), parallel: bool) {
         self.key_points(&mut retire);
-        let points = self.order_points();
-        self.gather_points(points, parallel);
+        self.order_points();
+        self.gather_points(parallel);
         for (chunk, spare) in self.chunks.iter_mut().zip(&mut self.workspace.spare) {
             std::mem::swap(&mut chunk.blocks, spare);
         }
@@ -175,6 +175,13 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         };
         for (chunk, ends) in self.chunks.iter().zip(&mut self.ends) {
             *ends = match (chunk.blocks.first(), chunk.blocks.last()) {
+                // Where points are sorted by cells, those of a cell have nodes on either side.
+                (Some(_), Some(_)) if layout.means_dilatation => {
+                    let blocks =
+                        chunk.blocks.iter().flat_map(|block| (0..BLOCK).map(move |lane| (block, lane)));
+                    let pencils = blocks.map(|(block, lane)| pencil(block, lane));
+                    pencils.fold((usize::MAX, 0), |(low, high), at| (low.min(at), high.max(at)))
+                }
                 (Some(first), Some(last)) => (pencil(first, 0), pencil(last, BLOCK - 1)),
                 _ => (1, 0),
             };
@@ -198,39 +205,60 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             }
         }
         let blocks = chunks.iter().flat_map(|chunk| &chunk.blocks);
-        let nodes = blocks.flat_map(|block| (0..BLOCK).map(|lane| D::vector(|axis| block.node[axis][lane])));
+        let nodes =
+            blocks.clone().flat_map(|block| (0..BLOCK).map(|lane| D::vector(|axis| block.node[axis][lane])));
         let staying = nodes.clone().zip(keys.iter()).filter(|(_, key)| **key != GONE).map(|(node, _)| node);
         layout.arrange::<D>(staying, ranges);
-        for (node, key) in nodes.zip(keys).filter(|(_, key)| **key != GONE) {
-            *key = (layout.offset[layout.pencil::<D>(node) as usize] + Layout::along::<D>(node)) as u32;
+        let place = |node: D::Vector<i32>| {
+            (layout.offset[layout.pencil::<D>(node) as usize] + Layout::along::<D>(node)) as u32
+        };
+        if layout.means_dilatation {
+            let cells = blocks.flat_map(|block| (0..BLOCK).map(|lane| block.cell(lane)));
+            for (cell, key) in cells.zip(keys).filter(|(_, key)| **key != GONE) {
+                *key = place(cell);
+            }
+        } else {
+            for (node, key) in nodes.zip(keys).filter(|(_, key)| **key != GONE) {
+                *key = place(node);
+            }
         }
     }
 
-    /// For each place in the sorted order, where its point stands now; returns the number of points.
-    fn order_points(&mut self) -> usize {
-        let Workspace { keys, place, sources, .. } = &mut self.workspace;
+    /// For each place in the sorted blocks, where its point stands now, `GONE` for a place that stays empty:
+    /// points of a cell that are averaged stand in one block.
+    fn order_points(&mut self) {
+        let Partition { layout, workspace, .. } = self;
+        let Workspace { keys, place, sources, .. } = workspace;
         place.clear();
-        place.resize(self.layout.nodes() + 1, 0);
+        place.resize(layout.nodes() + 1, 0);
         for &key in keys.iter().filter(|&&key| key != GONE) {
             place[key as usize + 1] += 1;
         }
-        for k in 1..place.len() {
-            place[k] += place[k - 1];
+        // From numbers to first places.
+        let mut end = 0_u32;
+        for k in 0..place.len() - 1 {
+            let count = place[k + 1];
+            if layout.means_dilatation {
+                let room = BLOCK as u32 - end % BLOCK as u32;
+                if count > room && count <= BLOCK as u32 {
+                    end += room;
+                }
+            }
+            place[k] = end;
+            end += count;
         }
-        let points = place.last().map_or(0, |&points| points as usize);
         sources.clear();
-        sources.resize(points, 0);
+        sources.resize(end as usize, GONE);
         for (source, &key) in keys.iter().enumerate().filter(|(_, key)| **key != GONE) {
             let slot = &mut place[key as usize];
             sources[*slot as usize] = source as u32;
             *slot += 1;
         }
-        points
     }
 
     /// Copies the points in their new order to the spare blocks, in equal numbers for each chunk.
-    fn gather_points(&mut self, points: usize, parallel: bool) {
-        let Partition { chunks, workspace, .. } = self;
+    fn gather_points(&mut self, parallel: bool) {
+        let Partition { layout, chunks, workspace, .. } = self;
         let Workspace { spare, sources, firsts, .. } = workspace;
         firsts.clear();
         firsts.extend(chunks.iter().scan(0, |end, chunk| {
@@ -238,6 +266,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             Some(*end - chunk.blocks.len())
         }));
         spare.resize_with(chunks.len(), Vec::new);
+        let points = sources.len();
         let (total, count) = (points.div_ceil(BLOCK), chunks.len());
         let jobs = spare.iter_mut().enumerate().map(|(k, blocks)| {
             let share = share(k, total, count);
@@ -246,16 +275,12 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             (blocks, &sources[places])
         });
         let copy = |(blocks, sources): (&mut Vec<Block<R, D, S>>, &[u32])| {
-            copy_in_order(blocks, sources, chunks, firsts);
+            copy_in_order(blocks, sources, chunks, firsts, layout.means_dilatation);
+            if layout.means_dilatation {
+                blocks.iter_mut().for_each(|block| group_points(block, layout));
+            }
         };
-        if parallel {
-            take_turns(jobs, copy)
-        } else {
-            jobs.for_each(copy)
-        }
-        if let Some(last) = spare.iter_mut().rev().find_map(|blocks| blocks.last_mut()) {
-            fill_empty_places(last, points);
-        }
+        if parallel { take_turns(jobs, copy) } else { jobs.for_each(copy) }
     }
 
     /// Gives sorted blocks to the chunks, in equal numbers.
@@ -311,6 +336,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
                 bulk.put(block.node[axis].iter().map(|node| node.to_le_bytes()));
             }
             bulk.put(block.id.iter().map(|id| id.to_le_bytes()));
+            bulk.put(block.group.iter().map(|group| [*group]));
         }
         bulk.put(self.layout.low.iter().map(|low| low.to_le_bytes()));
         bulk.put_counts(self.layout.start.iter().copied());
@@ -325,7 +351,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
 
     /// Bytes that `state_bytes` takes for a block: its floating-point columns, then nodes and numbers.
     const fn bytes_per_block() -> usize {
-        BLOCK * (8 * Block::<R, D, S>::columns() + 4 * (D::AXES + 1))
+        BLOCK * (8 * Block::<R, D, S>::columns() + 4 * (D::AXES + 1) + 1)
     }
 
     /// Takes what `state_bytes` gave.
@@ -356,6 +382,12 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             }
             for id in &mut block.id {
                 *id = u32::from_le_bytes(reader.take()?);
+            }
+            for group in &mut block.group {
+                [*group] = reader.take()?;
+                if usize::from(*group) >= BLOCK {
+                    return Err(damaged());
+                }
             }
         }
         let pencils = self.layout.low.len();
@@ -402,21 +434,26 @@ fn share(k: usize, total: usize, count: usize) -> std::ops::Range<usize> {
     k * total / count..(k + 1) * total / count
 }
 
-/// Copies points from where they stand now to `blocks`, in the order of `sources`.
+/// Copies points from where they stand now to `blocks`, in the order of `sources`; places that stay empty
+/// repeat the point before them with no volume, so that kernels need no mask.
 ///
 /// * `firsts`: by chunk, blocks before it
+/// * `has_gaps`: whether any block may have empty places, not the last one alone
 fn copy_in_order<R: Real, D: Dimension, S: PointState<R>>(
     blocks: &mut [Block<R, D, S>],
     sources: &[u32],
     chunks: &[Chunk<R, D, S>],
     firsts: &[usize],
+    has_gaps: bool,
 ) {
     for (block, sources) in blocks.iter_mut().zip(sources.chunks(BLOCK)) {
+        let gap = if has_gaps { sources.iter().position(|&source| source == GONE) } else { None };
+        let used = gap.unwrap_or(sources.len());
         let mut lane = 0;
-        while lane < sources.len() {
+        while lane < used {
             let first = sources[lane] as usize;
             // A run ends with the block it stands in.
-            let most = (sources.len() - lane).min(BLOCK - first % BLOCK);
+            let most = (used - lane).min(BLOCK - first % BLOCK);
             let follow = |step: &usize| sources[lane + step] as usize == first + step;
             let length = 1 + (1..most).take_while(follow).count();
             let chunk = firsts.partition_point(|&begin| begin <= first / BLOCK) - 1;
@@ -424,17 +461,40 @@ fn copy_in_order<R: Real, D: Dimension, S: PointState<R>>(
             block.copy_points(lane, from, first % BLOCK, length);
             lane += length;
         }
+        for lane in used..BLOCK {
+            let last = sources[used - 1] as usize;
+            let chunk = firsts.partition_point(|&begin| begin <= last / BLOCK) - 1;
+            let from = &chunks[chunk].blocks[last / BLOCK - firsts[chunk]];
+            block.copy_points(lane, from, last % BLOCK, 1);
+            block.volume[lane] = R::ZERO;
+            block.id[lane] = u32::MAX;
+        }
     }
 }
 
-/// Places without a point repeat the position of the last point with no volume, so that kernels need no mask.
-fn fill_empty_places<R: Real, D: Dimension, S: PointState<R>>(last: &mut Block<R, D, S>, points: usize) {
-    let used = (points - 1) % BLOCK + 1;
-    let source = last.clone();
-    for lane in used..BLOCK {
-        last.copy_points(lane, &source, used - 1, 1);
-        last.volume[lane] = R::ZERO;
-        last.id[lane] = u32::MAX;
+/// Numbers the cells of a block's points, and puts its points in the order of their nearest nodes, so that
+/// neighbours share a stencil.
+fn group_points<R: Real, D: Dimension, S: PointState<R>>(block: &mut Block<R, D, S>, layout: &Layout) {
+    let mut group = 0;
+    for lane in 0..BLOCK {
+        if lane > 0 && block.cell(lane).as_ref() != block.cell(lane - 1).as_ref() {
+            group += 1;
+        }
+        block.group[lane] = group;
+    }
+    let key = |block: &Block<R, D, S>, lane: usize| {
+        let node = D::vector(|axis| block.node[axis][lane]);
+        layout.offset[layout.pencil::<D>(node) as usize] + Layout::along::<D>(node)
+    };
+    let mut order: [(i32, u8); BLOCK] = std::array::from_fn(|lane| (key(block, lane), lane as u8));
+    if order.is_sorted() {
+        return;
+    }
+    order.sort_unstable();
+    let from = block.clone();
+    for (lane, &(_, source)) in order.iter().enumerate() {
+        block.copy_points(lane, &from, source as usize, 1);
+        block.group[lane] = from.group[source as usize];
     }
 }
 
@@ -497,6 +557,55 @@ mod tests {
             assert_eq!(count, expected.len());
         }
         assert!(partition.points().count() < total, "no point ever reached the rim");
+    }
+
+    /// Points of a cell stand in one block and have a number of their own there, however crowded cells are;
+    /// in a block points are in the order of their nodes. No point is lost, and places without one have no
+    /// volume.
+    fn check_cells<D: Dimension>(counts: [i32; 3]) {
+        let mut seed = 7_u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 33) as f64 / f64::from(1_u32 << 31)
+        };
+        let total = 30 * BLOCK + 5;
+        let mut blocks = vec![Block::<f64, D, ()>::empty(); total.div_ceil(BLOCK)];
+        for number in 0..total {
+            let (block, lane) = (&mut blocks[number / BLOCK], number % BLOCK);
+            block.set_grid_position(lane, D::vector(|axis| 4.0 + random() * f64::from(counts[axis] - 9)));
+            block.volume[lane] = 1.0;
+            block.id[lane] = number as u32;
+        }
+        let layout = Layout { means_dilatation: true, ..Layout::new(counts, 1.0, [0.0; 3]) };
+        let partition = Partition::new(layout, vec![], blocks);
+        let mut places = std::collections::BTreeMap::new();
+        let mut seen = vec![false; total];
+        for (number, block) in partition.chunks.iter().flat_map(|chunk| &chunk.blocks).enumerate() {
+            let mut last = i32::MIN;
+            for lane in (0..BLOCK).filter(|&lane| block.is_point(lane)) {
+                let cell: Vec<i32> = block.cell(lane).as_ref().to_vec();
+                let own = (number, block.group[lane]);
+                assert_eq!(*places.entry(cell.clone()).or_insert(own), own, "cell {cell:?} is split");
+                let node = D::vector(|axis| block.node[axis][lane]);
+                let pencil = partition.layout.pencil::<D>(node) as usize;
+                let place = partition.layout.offset[pencil] + Layout::along::<D>(node);
+                assert!(place >= last, "block {number} is not in the order of its nodes");
+                last = place;
+                assert!(!std::mem::replace(&mut seen[block.id[lane] as usize], true), "a point stands twice");
+            }
+        }
+        assert!(seen.iter().all(|&seen| seen), "points are lost");
+        let mut owners: Vec<(usize, u8)> = places.values().copied().collect();
+        owners.sort_unstable();
+        owners.dedup();
+        assert_eq!(owners.len(), places.len(), "two cells share a number");
+    }
+
+    /// See `check_cells`.
+    #[test]
+    fn points_of_a_cell_stay_together() {
+        check_cells::<PlaneStrain>([40, 30, 1]);
+        check_cells::<ThreeDimensional>([16, 14, 12]);
     }
 
     /// See `check`; nodes in memory lie in the order of their indices, so that of the nodes is the order of

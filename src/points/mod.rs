@@ -66,6 +66,9 @@ pub struct Block<R: Real, D: Dimension, S> {
     pub volume: Column<R>,
     /// The point's number at the start.
     pub id: Column<u32>,
+    /// Which points of the block are averaged with one another: those that stood in one cell when they were
+    /// sorted.
+    pub group: Column<u8>,
     /// The constitutive model's state.
     pub state: S,
 }
@@ -115,6 +118,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Block<R, D, S> {
             velocity: D::vector(|_| [R::ZERO; BLOCK]),
             volume: [R::ZERO; BLOCK],
             id: [u32::MAX; BLOCK],
+            group: [0; BLOCK],
             state: S::zeroed(),
         }
     }
@@ -162,6 +166,11 @@ impl<R: Real, D: Dimension, S: PointState<R>> Block<R, D, S> {
             self.node[axis][to.clone()].copy_from_slice(&from.node[axis][source.clone()]);
         }
         self.id[to].copy_from_slice(&from.id[source]);
+    }
+
+    /// Lowest corner of the cell that a point stands in.
+    pub fn cell(&self, lane: usize) -> D::Vector<i32> {
+        D::vector(|axis| self.node[axis][lane] - i32::from(self.offset[axis][lane] < R::ZERO))
     }
 
     /// Whether there is a point at `lane`.

@@ -324,6 +324,8 @@ pub struct Numerics {
     pub active_chip: f64,
     /// Whether points are moved and strained by smoothed increments.
     pub smoothed_increments: bool,
+    /// Whether the points of a cell share their rate of volume change and their pressure in the forces.
+    pub mean_dilatation: bool,
     /// A point on the front of accuracy against cost.
     pub accuracy: Accuracy,
     /// Threads; 0 for all that pay.
@@ -481,6 +483,7 @@ impl Default for Scene {
                 active_window: 0.0,
                 active_chip: 0.0,
                 smoothed_increments: false,
+                mean_dilatation: false,
                 accuracy: Accuracy::Custom,
                 threads: 0,
                 wall_time_limit: 0.0,

@@ -147,13 +147,14 @@ pub fn take_preset(scene: &mut Scene) {
 ///
 /// Between the spacings measured the band is interpolated over points per feed, both as logarithms; for
 /// coarser ones it grows with the spacing, for finer ones it stays, as nothing was measured there. At most 1,
-/// and 1 under a contact law that the list does not know.
+/// and 1 under a contact law that the list does not know, and with mean dilatation.
 pub fn force_error_band(scene: &Scene, feed: f64) -> f64 {
     band(prices(), scene, feed)
 }
 
 fn band(prices: &[Price], scene: &Scene, feed: f64) -> f64 {
-    if scene.numerics.contact != ContactChoice::Surface {
+    // What the list holds was measured with the plain scheme and its locking control.
+    if scene.numerics.contact != ContactChoice::Surface || scene.numerics.mean_dilatation {
         return NOTHING_KNOWN;
     }
     let spacing = scene.numerics.point_spacing * REFERENCE_FEED / feed;

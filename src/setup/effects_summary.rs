@@ -31,7 +31,13 @@ pub fn effects_summary(scene: &Scene) -> String {
     };
     let expansion = if scene.effects.thermal_expansion { ", thermal expansion" } else { "" };
     let tool_heat = if scene.effects.tool_heat { ", heat flows into the tool" } else { "" };
-    let locking = if scene.effects.volumetric_locking_control { ", volumetric locking control" } else { "" };
+    let locking = if scene.numerics.mean_dilatation {
+        ", mean dilatation of cells"
+    } else if scene.effects.volumetric_locking_control {
+        ", volumetric locking control"
+    } else {
+        ""
+    };
     let friction = if scene.inputs.friction == 0.0 { "friction 0 at the start" } else { "friction" };
     let sticking = if scene.effects.sticking { " capped by the shear strength" } else { "" };
     let contact = match scene.numerics.contact {

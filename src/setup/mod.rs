@@ -299,7 +299,7 @@ fn simulation<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R
         courant: scene.numerics.courant,
         instructions: InstructionSet::detect(),
         depth: scene.workpiece.width,
-        locking_control: scene.effects.volumetric_locking_control,
+        locking_control: scene.effects.volumetric_locking_control && !scene.numerics.mean_dilatation,
         mass_scaling: MassScaling::of(scene),
         window: (scene.numerics.active_window > 0.0).then(|| ActiveWindow {
             ahead: scene.numerics.active_window,
@@ -362,6 +362,8 @@ fn fill<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
         }
     }
     let shares_masses = scene.numerics.smoothed_increments;
-    let layout = Layout { shares_masses, ..Layout::new(bodies.counts, cell, bodies.origin) };
+    let means_dilatation = scene.numerics.mean_dilatation;
+    let layout =
+        Layout { shares_masses, means_dilatation, ..Layout::new(bodies.counts, cell, bodies.origin) };
     Partition::new(layout, bodies.fixed.clone(), blocks)
 }

@@ -114,6 +114,8 @@ pub struct BodySetup {
     pub courant: f64,
     /// Whether increments are smoothed.
     pub smoothed_increments: bool,
+    /// Whether the points of a cell share their rate of volume change.
+    pub means_dilatation: bool,
     /// Whether volume ratios are evened out; exact solutions are compared without that averaging.
     pub locking_control: bool,
 }
@@ -132,6 +134,7 @@ impl BodySetup {
             fixed: vec![],
             courant: 0.5,
             smoothed_increments: false,
+            means_dilatation: false,
             locking_control: false,
         }
     }
@@ -165,8 +168,9 @@ impl BodySetup {
                 block.velocity[axis][lane] = seed.velocity[axis];
             }
         }
-        let shares_masses = self.smoothed_increments;
-        let layout = Layout { shares_masses, ..Layout::new(self.nodes, self.cell, self.origin) };
+        let (shares_masses, means_dilatation) = (self.smoothed_increments, self.means_dilatation);
+        let layout =
+            Layout { shares_masses, means_dilatation, ..Layout::new(self.nodes, self.cell, self.origin) };
         let options = Options {
             courant: self.courant,
             instructions: InstructionSet::detect(),

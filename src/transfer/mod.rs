@@ -42,6 +42,7 @@ pub mod apic;
 pub(crate) mod stencils;
 
 mod look;
+mod mean_dilatation;
 mod moments;
 mod nodes;
 mod scratch;
@@ -60,6 +61,7 @@ use crate::points::{BLOCK, Block, Column, PointState};
 use crate::simd::pair::{Pair, load_transposed, store_transposed};
 use crate::simd::{Kernel, Mask, Real, Simd, Vector, each, inlined};
 use look::Differences;
+use mean_dilatation::{SharePressure, ShareRate};
 use moments::Affine;
 use scratch::Scratch;
 use to_grid::ToGrid;
@@ -156,6 +158,9 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
             } else {
                 S::outlined(to_points)
             }
+            if layout.means_dilatation {
+                S::outlined(ShareRate::<R, D>::of(&block.volume, &block.group, scratch));
+            }
             for part in 0..parts {
                 let lane = part * Pairs::<S>::LANES;
                 update::<S, D, F, M>((shape, model), &rates, block, lane, scratch, &mut sums);
@@ -164,7 +169,10 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
                     S::prefetch(next, part, parts);
                 }
             }
-            let Block { node, offset, velocity, volume, .. } = &*block;
+            let Block { node, offset, velocity, volume, group, .. } = &*block;
+            if layout.means_dilatation {
+                S::outlined(SharePressure::<R, D>::of(volume, group, scratch));
+            }
             if let Some(look) = &mut look {
                 let (bound, values) = (R::from_f64(look.bound), &scratch.values[0]);
                 if let Some(difference) = S::outlined(Differences::<R, D> { values, velocity, bound }) {

@@ -109,6 +109,12 @@ pub(super) static PARAMETERS: &[Variable] = &[
         kind: Kind::Boolean(parameter!(numerics.smoothed_increments)),
     },
     Variable {
+        reference: 1320,
+        name: "numerics.mean_dilatation",
+        description: "the points of a cell share their rate of volume change and their pressure in the forces, so that plastic flow does not lock; takes the place of effects.volumetric_locking_control",
+        kind: Kind::Boolean(parameter!(numerics.mean_dilatation)),
+    },
+    Variable {
         reference: 1316,
         name: "numerics.active_chip",
         description: "height of the integrated chip above the tool's lowest point in feeds, more where it touches the tool further up; what is higher moves on as a rigid body on which nothing acts; at least 2, or 0 for the whole chip",
