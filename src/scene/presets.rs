@@ -151,7 +151,8 @@ pub fn force_error_band(scene: &Scene, feed: f64) -> f64 {
 }
 
 fn band(prices: &[Price], scene: &Scene, feed: f64) -> f64 {
-    if scene.numerics.contact != ContactChoice::Surface {
+    // A tool that is lifted clear has no points per feed.
+    if scene.numerics.contact != ContactChoice::Surface || feed <= 0.0 {
         return NOTHING_KNOWN;
     }
     let spacing = scene.numerics.point_spacing * REFERENCE_FEED / feed;
@@ -236,6 +237,7 @@ mod tests {
             (8e-5, 3e-4, Speed::Exact, 0.32),
             (1e-6, 3e-4, Speed::Exact, 0.04),
             (1e-5, 0.0, Speed::Exact, 1.0),
+            (1e-5, -1e-3, Speed::Exact, 1.0),
         ] {
             let band = at(spacing, feed, speed);
             assert!((band - expected).abs() < 1e-12, "{band} at spacing {spacing}, feed {feed}, {speed:?}");
