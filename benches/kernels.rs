@@ -1,6 +1,6 @@
-//! Single kernels under Criterion: `cargo bench --bench kernels`. Each covers a path that no other does, on more points
-//! than the cache of one core holds; throughput is in points (or numbers) per second. Last, the states of an
-//! FMU.
+//! Single kernels under Criterion: `cargo bench --bench kernels`. Each covers a path that no other does, on
+//! more points than the cache of one core holds; throughput is in points (or numbers) per second. Last, the
+//! states of an FMU.
 
 #[path = "report/blocks.rs"]
 mod blocks;

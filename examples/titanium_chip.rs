@@ -1,8 +1,10 @@
-//! Chips of Ti-6Al-4V at 500 m/min with plain Johnson–Cook and with Sima and Özel's law (book, materials and chips).
+//! Chips of Ti-6Al-4V at 500 m/min with plain Johnson–Cook and with Sima and Özel's law (book, materials and
+//! chips).
 //!
-//! `cargo run --release --features plot --example titanium_chip -- OUT [NAME=VALUE]...`, with `law` (johnson_cook or
-//! johnson_cook_tanh), `spacing` (m), `travel` (m), `speed` (exact, balanced or fast), `heat` (adiabatic or conduction),
-//! `damage` (0 or 1). Writes pictures of plastic strain and temperature and a table of the force over travel into OUT.
+//! `cargo run --release --features plot --example titanium_chip -- OUT [NAME=VALUE]...`, with `law`
+//! (johnson_cook or johnson_cook_tanh), `spacing` (m), `travel` (m), `speed` (exact, balanced or fast),
+//! `heat` (adiabatic or conduction), `damage` (0 or 1). Writes pictures of plastic strain and temperature and
+//! a table of the force over travel into OUT.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -31,7 +33,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     scene.inputs = Inputs { tool_velocity: SPEED, feed: 1e-4, friction: 0.35 };
     scene.numerics.point_spacing = 5e-6;
     scene.numerics.speed = Speed::Fast;
-    // A Courant number of one's own keeps `fast` from smoothing increments, which blurs bands; and all of the chip is integrated.
+    // A Courant number of one's own keeps `fast` from smoothing increments, which blurs bands; and all of the
+    // chip is integrated.
     (scene.numerics.courant, scene.numerics.active_chip) = (0.53, 1000.0);
     let mut travel = 0.8e-3;
     for word in words {

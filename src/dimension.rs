@@ -3,10 +3,10 @@
 //! A symmetric tensor is stored as its diagonal xx, yy, zz and then its shear components: xy in plane strain;
 //! yz, xz, xy in three dimensions. A deviator leaves out zz = −xx − yy.
 //!
-//! The kinematics are those of Hughes and Winget (1980): with the increment h = Δt ∇v of the displacement gradient,
-//! the gradient with respect to the midpoint configuration is g = h (I + h/2)⁻¹; its symmetric part is the strain
-//! increment and its skew part ω gives the rotation Q = (I − ω/2)⁻¹ (I + ω/2). A pure rotation h = R − I of any
-//! size gives no strain and Q = R exactly, so stress turns with the material without drift.
+//! The kinematics are those of Hughes and Winget (1980): with the increment h = Δt ∇v of the displacement
+//! gradient, the gradient with respect to the midpoint configuration is g = h (I + h/2)⁻¹; its symmetric part
+//! is the strain increment and its skew part ω gives the rotation Q = (I − ω/2)⁻¹ (I + ω/2). A pure rotation
+//! h = R − I of any size gives no strain and Q = R exactly, so stress turns with the material without drift.
 
 use crate::simd::{Vector as Lanes, inlined};
 use std::fmt::Debug;
@@ -163,7 +163,8 @@ impl Dimension for PlaneStrain {
         let g_yy = (yy + half * det_h) * inverse;
         let shear = half * (xy + yx) * inverse;
         let mean = (g_xx + g_yy) * V::constant(1.0 / 3.0);
-        // tan(θ/2) = spin/2 = t/det; cos 2θ and sin 2θ from it without trigonometry, and without waiting for the other division.
+        // tan(θ/2) = spin/2 = t/det; cos 2θ and sin 2θ from it without trigonometry, and without waiting for
+        // the other division.
         let t = V::constant(0.25) * (yx - xy);
         let (t_square, det_square) = (t * t, det * det);
         let norm = one / (det_square + t_square);
@@ -389,7 +390,8 @@ mod tests {
         assert!((square - exact).abs() < bound, "s : s = {square}, written out {exact}");
     }
 
-    /// The forms without matrix inverses are the paper's formulas, in the plane and in space, for any size of substep.
+    /// The forms without matrix inverses are the paper's formulas, in the plane and in space, for any size of
+    /// substep.
     #[test]
     fn kinematics_are_those_of_hughes_and_winget() {
         for size in [0.0, 1e-9, 1e-4, 1e-2, 0.3, 1.0] {

@@ -1,6 +1,7 @@
 //! What can go wrong, in words a user of the FMU understands.
 //!
-//! A text says what was asked, what is allowed and what holds now, with the variable's name as the user knows it.
+//! A text says what was asked, what is allowed and what holds now, with the variable's name as the user knows
+//! it.
 
 use std::fmt;
 
@@ -80,7 +81,8 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// What was probably meant by a value out of range: units are SI, people think in millimetres, degrees and Celsius.
+/// What was probably meant by a value out of range: units are SI, people think in millimetres, degrees and
+/// Celsius.
 fn hint(asked: f64, [min, max]: [f64; 2], unit: &str) -> String {
     let fits = |value: f64| (min..=max).contains(&value);
     // Divided: decimal fractions stay short.
@@ -109,8 +111,8 @@ mod tests {
         Error::OutOfRange { name: name.into(), asked, min, max, unit }.to_string()
     }
 
-    /// Who writes millimetres, micrometres, degrees or Celsius learns the value in SI units; who is out of range in any of
-    /// them, or writes another quantity, is told no unit.
+    /// Who writes millimetres, micrometres, degrees or Celsius learns the value in SI units; who is out of
+    /// range in any of them, or writes another quantity, is told no unit.
     #[test]
     fn a_slip_of_units_is_answered_with_the_value_meant() {
         let cases = [

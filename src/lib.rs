@@ -1,4 +1,5 @@
-//! swarf: metal cutting with the generalized interpolation material point method, as an FMI 2.0 co-simulation unit.
+//! swarf: metal cutting with the generalized interpolation material point method, as an FMI 2.0 co-simulation
+//! unit.
 //!
 //! The modules from ground floor to top; each uses only those above it in this list.
 

@@ -1,8 +1,8 @@
 //! Threads of one instance, and how they share work.
 //!
-//! A substep divides its work several times and does some of it, contact foremost, on one thread. A thread that sleeps
-//! meanwhile is woken late (book/src/evidence/performance.md). So threads stay awake while one instance's substeps run, and not between
-//! its communication steps.
+//! A substep divides its work several times and does some of it, contact foremost, on one thread. A thread
+//! that sleeps meanwhile is woken late (book/src/evidence/performance.md). So threads stay awake while one
+//! instance's substeps run, and not between its communication steps.
 
 use rayon::Yield;
 use std::hint;
@@ -18,8 +18,8 @@ const EAGER_LOOKS: u32 = 2000;
 /// # Errors
 /// Where no thread can be started.
 ///
-/// rayon's own `build_scoped` only waits until its threads have no more work; on their way out they still run code of this
-/// library, which the importer may unload.
+/// rayon's own `build_scoped` only waits until its threads have no more work; on their way out they still run
+/// code of this library, which the importer may unload.
 pub fn in_pool<T: Send>(
     threads: usize,
     work: impl FnOnce() -> T + Send,
@@ -44,7 +44,8 @@ fn with_others_awake<T>(work: impl FnOnce() -> T) -> T {
     rayon::in_place_scope(|scope| {
         // Also when `work` panics: the scope waits for all that were told to stay awake.
         let _end = AtEnd(|| is_done.store(true, Ordering::Release));
-        // What is broadcast each thread has to do itself, so the leader never takes another's part and waits for its own end.
+        // What is broadcast each thread has to do itself, so the leader never takes another's part and waits
+        // for its own end.
         scope.spawn_broadcast(|_, member| {
             if Some(member.index()) == leader {
                 return;
@@ -76,7 +77,8 @@ impl<F: FnMut()> Drop for AtEnd<F> {
     }
 }
 
-/// Runs `work` on each item, on the threads of the current pool: each takes the next item when it is done with one.
+/// Runs `work` on each item, on the threads of the current pool: each takes the next item when it is done
+/// with one.
 ///
 /// What takes longest should stand first, so that the threads end together.
 pub fn take_turns<T>(items: impl Iterator<Item = T> + Send, work: impl Fn(T) + Sync) {

@@ -14,8 +14,8 @@ fn small(spacing: f64, speed: Speed) -> Scene {
     scene
 }
 
-/// The number of substeps follows from the first one's length: it must be met whatever the machine is doing. CPU time is
-/// not compared here; `cargo xtask accuracy` shows its ratio for every run.
+/// The number of substeps follows from the first one's length: it must be met whatever the machine is doing.
+/// CPU time is not compared here; `cargo xtask accuracy` shows its ratio for every run.
 #[test]
 fn the_estimate_knows_the_number_of_substeps() {
     for (spacing, speed) in
@@ -37,7 +37,8 @@ fn the_estimate_knows_the_number_of_substeps() {
     }
 }
 
-/// A scene too large to calibrate on itself is calibrated on a coarser copy; its substeps are longer by the coarseness.
+/// A scene too large to calibrate on itself is calibrated on a coarser copy; its substeps are longer by the
+/// coarseness.
 #[test]
 fn a_large_scene_is_estimated_from_a_coarser_one() {
     let mut scene = Scene::default();
@@ -86,7 +87,8 @@ fn presets_reach_the_solver() {
     assert!(bands[1] <= bands[0], "a dearer preset promises less: {bands:?}");
 }
 
-/// The short form of the study: every line stands in the table, those that fail too; a second call runs nothing again.
+/// The short form of the study: every line stands in the table, those that fail too; a second call runs
+/// nothing again.
 #[test]
 fn the_study_is_complete_and_resumes() {
     let folder = std::env::temp_dir().join(format!("swarf-accuracy-{}", std::process::id()));

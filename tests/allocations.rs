@@ -10,7 +10,8 @@ struct Counting;
 
 static CALLS: AtomicUsize = AtomicUsize::new(0);
 
-// SAFETY: every request goes to the system's allocator as it came; counting touches no memory of the caller's.
+// SAFETY: every request goes to the system's allocator as it came; counting touches no memory of the
+// caller's.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         CALLS.fetch_add(1, Ordering::Relaxed);
@@ -42,8 +43,8 @@ struct Calls {
     controlling: [usize; 2],
 }
 
-/// Counts over `substeps` substeps of the reference cut with 12,500 points, with plain or smoothed increments, once `warm_up`
-/// substeps are over.
+/// Counts over `substeps` substeps of the reference cut with 12,500 points, with plain or smoothed
+/// increments, once `warm_up` substeps are over.
 fn count(warm_up: usize, substeps: usize, parallel: bool, smoothed: bool) -> Calls {
     let mut scene = Scene::default();
     scene.workpiece.length = 5e-3;
@@ -75,9 +76,9 @@ fn count(warm_up: usize, substeps: usize, parallel: bool, smoothed: bool) -> Cal
 
 /// One test, since the counter belongs to the whole program and tests run side by side.
 ///
-/// Ordinary substeps ask for nothing, on one thread and on two. Sorts and the locking control keep what they once had
-/// and ask for more only where the chip has grown beyond it: fewer calls than substeps of that kind (before the
-/// buffers were kept it was some fifty calls for each sort).
+/// Ordinary substeps ask for nothing, on one thread and on two. Sorts and the locking control keep what they
+/// once had and ask for more only where the chip has grown beyond it: fewer calls than substeps of that kind
+/// (before the buffers were kept it was some fifty calls for each sort).
 #[test]
 fn substeps_allocate_nothing() {
     let serial = count(300, 900, false, false);

@@ -1,4 +1,5 @@
-//! The affine transfer (`transfer::apic`) keeps what its paper promises: momentum, angular momentum, linear velocity fields.
+//! The affine transfer (`transfer::apic`) keeps what its paper promises: momentum, angular momentum, linear
+//! velocity fields.
 
 mod common;
 
@@ -64,8 +65,9 @@ fn momenta(block: &Block) -> ([f64; 3], [f64; 2]) {
     (momenta, scales)
 }
 
-/// Sections 5.3 and 5.4 of the paper: both transfers conserve momentum, and angular momentum with its affine share; internal
-/// forces of a symmetric stress add neither. The bound is FLIP's for momentum (tests/conservation.rs).
+/// Sections 5.3 and 5.4 of the paper: both transfers conserve momentum, and angular momentum with its affine
+/// share; internal forces of a symmetric stress add neither. The bound is FLIP's for momentum
+/// (tests/conservation.rs).
 #[test]
 fn momentum_and_angular_momentum_are_conserved() {
     for seed in 0..3 {
@@ -84,8 +86,8 @@ fn momentum_and_angular_momentum_are_conserved() {
     }
 }
 
-/// A field v = a + A x of points comes back from the grid as it was, at the surface too: m_i v_i = Σ w m (a + A x_i), and moments
-/// A D. A filter (PIC) would change it there, and everywhere in the moments.
+/// A field v = a + A x of points comes back from the grid as it was, at the surface too: m_i v_i = Σ w m (a +
+/// A x_i), and moments A D. A filter (PIC) would change it there, and everywhere in the moments.
 #[test]
 fn affine_velocity_fields_are_reproduced() {
     // 1/s; and D of points a quarter of a cell from their node: 1/8 + 1/16.
@@ -112,7 +114,8 @@ fn affine_velocity_fields_are_reproduced() {
     }
 }
 
-/// Kinetic and elastic energy after some substeps over that at the start, with moments (APIC) or without (PIC).
+/// Kinetic and elastic energy after some substeps over that at the start, with moments (APIC) or without
+/// (PIC).
 fn energy_left(keeps_moments: bool) -> f64 {
     // The block turns and bends: half a wave of transverse velocity along it, some 30 µs long.
     let length = 18.0 * CELL;
@@ -136,7 +139,8 @@ fn energy_left(keeps_moments: bool) -> f64 {
     energy(&block) / start
 }
 
-/// Without its moments the transfer is PIC, which filters every substep; with them it keeps most of what PIC loses.
+/// Without its moments the transfer is PIC, which filters every substep; with them it keeps most of what PIC
+/// loses.
 #[test]
 fn dissipation_is_far_below_that_of_pic() {
     let (apic, pic) = (energy_left(true), energy_left(false));
@@ -144,8 +148,8 @@ fn dissipation_is_far_below_that_of_pic() {
     assert!(1.0 - apic < 0.5 * (1.0 - pic), "APIC keeps {apic} of the energy, PIC {pic}");
 }
 
-/// Start = kinetic + elastic + plastic + damping, each from what it names: the damping of APIC is the work of all forces less what
-/// the points' kinetic energy gains.
+/// Start = kinetic + elastic + plastic + damping, each from what it names: the damping of APIC is the work of
+/// all forces less what the points' kinetic energy gains.
 #[test]
 fn the_ledger_closes() {
     let mut block = shaken(7);

@@ -101,8 +101,8 @@ fn heat_and_spread(solver: &dyn Solver) -> (f64, f64) {
     (heat, all.iter().map(|p| (p.report.temperature - mean).abs()).fold(0.0, f64::max))
 }
 
-/// Noise of any pattern, those within a cell included, dies out; nothing is lost, in either precision; no pass makes the
-/// extremes worse by more than the planes overshoot.
+/// Noise of any pattern, those within a cell included, dies out; nothing is lost, in either precision; no
+/// pass makes the extremes worse by more than the planes overshoot.
 fn check_noise<R: Real, D: Dimension, F: ShapeFunction<R>>(shape: F, substeps: usize, name: &str) {
     let mut block = noisy::<R, D, F>(shape, substeps);
     let mut pass = conduction();

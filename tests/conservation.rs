@@ -47,8 +47,8 @@ fn momentum(points: &[PointView]) -> [f64; 3] {
     std::array::from_fn(|axis| total(points, |p| p.mass * p.velocity[axis]))
 }
 
-/// Runs a shaken block and checks after every tenth substep that momentum is what it was; returns the largest change over
-/// Σ m |v|.
+/// Runs a shaken block and checks after every tenth substep that momentum is what it was; returns the largest
+/// change over Σ m |v|.
 fn momentum_drift<D: Dimension, F: ShapeFunction<f64>>(shape: F, substeps: usize) -> f64 {
     let mut worst = 0.0_f64;
     for seed in 0..3 {
@@ -69,10 +69,12 @@ fn momentum_drift<D: Dimension, F: ShapeFunction<f64>>(shape: F, substeps: usize
     worst
 }
 
-/// Internal forces sum to zero because the slopes around a point do, and the grid gives its increments back to the
-/// points with the same weights: momentum without contact is constant. The bound of 1e-12 is the acceptance.
+/// Internal forces sum to zero because the slopes around a point do, and the grid gives its increments back
+/// to the points with the same weights: momentum without contact is constant. The bound of 1e-12 is the
+/// issue's acceptance.
 ///
-/// Linear functions run only until a point on the surface crosses a cell: there they are unstable (see the book, limits).
+/// Linear functions run only until a point on the surface crosses a cell: there they are unstable (see the
+/// book, limits).
 #[test]
 fn momentum_is_conserved_without_contact() {
     let drifts = [
@@ -126,8 +128,9 @@ fn imbalance<D: Dimension, F: ShapeFunction<f64>>(constants: &Constants, shape: 
     worst
 }
 
-/// Every term of the ledger is computed from what it names, so its sum is a test. What is left is of second order in the
-/// increments of a substep; 1 % is the bound for a cut, a shaken block without friction stays well below.
+/// Every term of the ledger is computed from what it names, so its sum is a test. What is left is of second
+/// order in the increments of a substep; 1 % is the bound for a cut, a shaken block without friction
+/// stays well below.
 #[test]
 fn the_ledger_of_a_free_block_closes() {
     let steel = common::steel_4340();
@@ -142,7 +145,8 @@ fn the_ledger_of_a_free_block_closes() {
     }
 }
 
-/// Weights sum to one and slopes to zero: a translation strains nothing and slows nothing, in whatever cells it is.
+/// Weights sum to one and slopes to zero: a translation strains nothing and slows nothing, in whatever cells
+/// it is.
 fn fly<D: Dimension, F: ShapeFunction<f64>>(shape: F) -> (f64, f64, f64) {
     let velocity: [f64; 3] =
         std::array::from_fn(|axis| if axis < D::AXES { [400.0, 170.0, -90.0][axis] } else { 0.0 });
@@ -189,7 +193,8 @@ fn a_flying_block_keeps_its_shape_and_speed_across_cells() {
     }
 }
 
-/// Points that leave the domain are counted, with their mass and energy; the ledger stays closed without them.
+/// Points that leave the domain are counted, with their mass and energy; the ledger stays closed without
+/// them.
 #[test]
 fn points_that_leave_the_domain_stay_in_the_ledger() {
     let lattice = Lattice {
@@ -205,7 +210,8 @@ fn points_that_leave_the_domain_stay_in_the_ledger() {
         &common::never_yielding(common::steel_4340()),
         Gimp::new(2),
         distant_tool(),
-        // A pressure that is the same everywhere would burst the block; a small one lets it breathe on its way.
+        // A pressure that is the same everywhere would burst the block; a small one lets it breathe on its
+        // way.
         |_, state: &mut SteelState<PlaneStrain>, lane| {
             state.jacobian[lane] = 0.9999;
             [300.0, 0.0, 0.0]
@@ -223,7 +229,8 @@ fn points_that_leave_the_domain_stay_in_the_ledger() {
         let all = total(&now, |p| p.mass) + ledger.retired_mass;
         assert!((all / mass - 1.0).abs() < 1e-12, "mass {all} kg of {mass} kg");
         let open = ledger.imbalance(total(&now, kinetic), total(&now, elastic)) / energy;
-        // The energy is almost all kinetic and the ledger's own error lies in the elastic part, a few 1e-4 of it.
+        // The energy is almost all kinetic and the ledger's own error lies in the elastic part, a few 1e-4 of
+        // it.
         assert!(open.abs() < 1e-5, "imbalance {open:e} with {} points retired", ledger.retired_points);
         seen_partly |= ledger.retired_points > 0 && !now.is_empty();
         if now.is_empty() {
@@ -240,7 +247,8 @@ fn points_that_leave_the_domain_stay_in_the_ledger() {
     block.step(&NO_DRIVE, false).expect("a step without points");
 }
 
-/// Fixed nodes give momentum to the wall and take no work: a block thrown at one bounces, and the ledger stays closed.
+/// Fixed nodes give momentum to the wall and take no work: a block thrown at one bounces, and the ledger
+/// stays closed.
 #[test]
 fn a_block_bounces_off_fixed_nodes_with_a_closed_ledger() {
     let wall = FixedNodes { low: [8, 0, 0], high: [8, 49, 0], axes: [true, false, false] };
@@ -283,8 +291,9 @@ fn a_block_bounces_off_fixed_nodes_with_a_closed_ledger() {
     assert!(worst < 5e-3, "imbalance {worst:e}");
 }
 
-/// No material moves at five times its speed of sound: such speeds come of an instability, and substeps that shrink with
-/// them would never end. At Courant 0.5 such a point is stopped by how far it goes; at 0.05 only by its speed.
+/// No material moves at five times its speed of sound: such speeds come of an instability, and substeps that
+/// shrink with them would never end. At Courant 0.5 such a point is stopped by how far it goes; at 0.05 only
+/// by its speed.
 #[test]
 fn points_far_faster_than_sound_stop_the_run() {
     let mut block = shaken_block::<PlaneStrain, _>(&common::steel_4340(), Gimp::new(2), 1);
@@ -294,7 +303,8 @@ fn points_far_faster_than_sound_stop_the_run() {
     for points in block.partition.chunks.iter_mut().flat_map(|chunk| &mut chunk.blocks) {
         points.velocity[0].fill(4e4);
     }
-    // The first substep has the momentum of the last deposit and finds nothing; the second goes a third of a cell.
+    // The first substep has the momentum of the last deposit and finds nothing; the second goes a third of a
+    // cell.
     let outcome = (0..3).find_map(|_| block.step(&NO_DRIVE, false).err());
     let text = outcome.expect("an error").to_string();
     assert!(text.contains("times the speed of sound"), "{text}");

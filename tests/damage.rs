@@ -1,4 +1,5 @@
-//! Johnson–Cook damage: initiation against the closed form, what a failed point carries, energy, and a bar that parts.
+//! Johnson–Cook damage: initiation against the closed form, what a failed point carries, energy, and a bar
+//! that parts.
 
 mod common;
 
@@ -72,8 +73,8 @@ fn stretch(a: f64) -> [[f64; 2]; 2] {
     [[a, 0.0], [0.0, -a / (1.0 + a)]]
 }
 
-/// At constant triaxiality, rate and temperature the failure strain is one number, and damage begins when plastic strain
-/// reaches it; from there on D is linear in strain and the point dissipates G_f/L.
+/// At constant triaxiality, rate and temperature the failure strain is one number, and damage begins when
+/// plastic strain reaches it; from there on D is linear in strain and the point dissipates G_f/L.
 #[test]
 fn damage_begins_at_the_closed_form_and_separation_takes_the_fracture_energy() {
     let c = perfectly_plastic();
@@ -104,7 +105,8 @@ fn damage_begins_at_the_closed_form_and_separation_takes_the_fracture_energy() {
             }
             if damage > 0.0 && damage < 1.0 {
                 let exact = (strain - failure) / (full - failure);
-                // Two of the first steps are elastic or cross the yield surface at another rate: their ω differs.
+                // Two of the first steps are elastic or cross the yield surface at another rate: their ω
+                // differs.
                 assert!((damage - exact).abs() < 2.0 * step, "D = {damage} at {strain}, exact {exact}");
             }
             if damage >= 1.0 {
@@ -136,8 +138,8 @@ fn damage_begins_at_the_closed_form_and_separation_takes_the_fracture_energy() {
     }
 }
 
-/// A failed point has neither tension nor shear; it opens without stress, closes without stress, and presses again
-/// where it is denser than at the start.
+/// A failed point has neither tension nor shear; it opens without stress, closes without stress, and presses
+/// again where it is denser than at the start.
 #[test]
 fn a_failed_point_only_presses() {
     let c = steel_4340();
@@ -161,7 +163,8 @@ fn a_failed_point_only_presses() {
     }
 }
 
-/// Work of the mean stress = elastic + plastic energy + work of separation, on noisy loading until the point has failed.
+/// Work of the mean stress = elastic + plastic energy + work of separation, on noisy loading until the point
+/// has failed.
 #[test]
 fn stress_power_is_accounted_for_until_failure() {
     let mut errors = Vec::new();
@@ -235,8 +238,9 @@ struct Parted {
     speed: f64,
 }
 
-/// Two grips of 0.4 x 0.5 mm, 20 times as thick as the bar of 0.4 x 0.1 mm between them, fly apart at ±10 m/s. Damage begins with
-/// yielding in its two middle columns of points and at a strain of 0.05 elsewhere: that only tells where it parts.
+/// Two grips of 0.4 x 0.5 mm, 20 times as thick as the bar of 0.4 x 0.1 mm between them, fly apart at ±10
+/// m/s. Damage begins with yielding in its two middle columns of points and at a strain of 0.05 elsewhere:
+/// that only tells where it parts.
 fn tear(spacing: f64) -> Parted {
     const SPEED: f64 = 10.0;
     /// Thickness of the grips over that of the bar.
@@ -299,9 +303,9 @@ fn tear(spacing: f64) -> Parted {
     }
 }
 
-/// The work of separation per area should belong to the material and not to the grid. That is not reached yet: it is 3.9, 4.1
-/// and 5.3 fracture energies at 20, 10 and 5 µm, as the bar also flows around the crack (book, materials); the bound holds
-/// what is.
+/// The work of separation per area should belong to the material and not to the grid. That is not reached
+/// yet: it is 3.9, 4.1 and 5.3 fracture energies at 20, 10 and 5 µm, as the bar also flows around the crack
+/// (book, materials); the bound holds what is.
 #[test]
 fn the_energy_of_a_parting_bar_does_not_hang_on_the_cells() {
     let parted = [20e-6, 10e-6, 5e-6].map(tear);
@@ -319,10 +323,12 @@ fn the_energy_of_a_parting_bar_does_not_hang_on_the_cells() {
     }
 }
 
-/// A layer of 0.4 x 0.08 mm between two heavy blocks that slide past each other at ±10 m/s until it has sheared off. Damage begins
-/// with yielding in its two middle rows of points and nowhere else, so that one band takes all the work.
+/// A layer of 0.4 x 0.08 mm between two heavy blocks that slide past each other at ±10 m/s until it has
+/// sheared off. Damage begins with yielding in its two middle rows of points and nowhere else, so that one
+/// band takes all the work.
 ///
-/// Returns the work of separation over G_f and the area sheared off, and the imbalance of the ledger over what was dissipated.
+/// Returns the work of separation over G_f and the area sheared off, and the imbalance of the ledger over
+/// what was dissipated.
 fn shear_off(spacing: f64) -> [f64; 2] {
     const SPEED: f64 = 10.0;
     /// Thickness of the blocks over that of the layer.
@@ -367,8 +373,8 @@ fn shear_off(spacing: f64) -> [f64; 2] {
     ]
 }
 
-/// A shear band is as many points wide on any grid and takes the fracture energy on each, a little more where the rows beside it
-/// come along.
+/// A shear band is as many points wide on any grid and takes the fracture energy on each, a little more where
+/// the rows beside it come along.
 #[test]
 fn the_energy_of_a_shear_band_does_not_hang_on_the_cells() {
     let bands = [20e-6, 10e-6, 5e-6].map(shear_off);

@@ -1,5 +1,5 @@
-//! The state after a span of time is the same bits however it was reached: communication steps, threads, neighbours,
-//! saved states.
+//! The state after a span of time is the same bits however it was reached: communication steps, threads,
+//! neighbours, saved states.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -93,8 +93,8 @@ fn communication_steps_do_not_change_the_state() {
     }
 }
 
-/// The impulse, too, does not depend on the division: means times steps add up to it. Rounding of 73 differences of
-/// running totals: 1e-12.
+/// The impulse, too, does not depend on the division: means times steps add up to it. Rounding of 73
+/// differences of running totals: 1e-12.
 #[test]
 fn mean_forces_add_up_to_the_same_impulse() {
     let impulse = |step: f64| {
@@ -126,8 +126,8 @@ fn mean_forces_add_up_to_the_same_impulse() {
     }
 }
 
-/// A step shorter than a substep may run none: the outputs then describe the part of the last one, and the state is that
-/// of a run without such steps.
+/// A step shorter than a substep may run none: the outputs then describe the part of the last one, and the
+/// state is that of a run without such steps.
 #[test]
 fn steps_shorter_than_a_substep_change_nothing() {
     let (mut small, mut whole) = (session(&scene()), session(&scene()));

@@ -50,17 +50,18 @@ fn cut<D: Dimension>() -> SteelBlock<D, Gimp<f64>> {
         RigidTool { shape, position: [width + 1e-6, height - 3.5 * CELL], velocity: [0.0; 2], friction: 0.2 };
     let mut block =
         lattice.build(&common::steel_4340(), Gimp::new(2), tool, |_, _: &mut SteelState<D>, _| [0.0; 3]);
-    // Sweeps of the contact at the points end at a bound (1e-3 of the speed), in the plane at another state than in space.
+    // Sweeps of the contact at the points end at a bound (1e-3 of the speed), in the plane at another state
+    // than in space.
     block.contact = Box::new(NodesInside::default());
     block
 }
 
-/// Runs both for the same number of substeps of the same length and compares the tool's impulse on the way and every
-/// point's state at the end.
+/// Runs both for the same number of substeps of the same length and compares the tool's impulse on the way
+/// and every point's state at the end.
 ///
-/// The weights across z sum to one on every layer and its forces cancel, so both solve the same equations; rounding is
-/// spread by the chip's own sensitivity. The bounds, 1e-6 for sums and 1e-4 for single points, lie above what was seen
-/// (printed: 3e-8 and 7e-6) and far below what a wrong term would change.
+/// The weights across z sum to one on every layer and its forces cancel, so both solve the same equations;
+/// rounding is spread by the chip's own sensitivity. The bounds, 1e-6 for sums and 1e-4 for single points,
+/// lie above what was seen (printed: 3e-8 and 7e-6) and far below what a wrong term would change.
 #[test]
 fn a_cut_with_held_faces_is_the_plane_strain_cut() {
     let (mut plane, mut space) = (cut::<PlaneStrain>(), cut::<ThreeDimensional>());

@@ -3,9 +3,9 @@
 use swarf::dimension::{PlaneStrain, ThreeDimensional};
 use swarf::study::verification::expansion::{RISE, confined, free_in_plane_strain, free_stretch, run};
 
-/// The exact solutions of the law turn into those of small strains: the project's reference for AISI 4340 at 100 K
-/// (`analytic_reference.json`, "thermal_expansion") has strains of 1.35e-3 and 1.755e-3, −279.45 MPa across the plane and a
-/// pressure of 698.625 MPa.
+/// The exact solutions of the law turn into those of small strains: the project's reference for AISI 4340 at
+/// 100 K (`analytic_reference.json`, "thermal_expansion") has strains of 1.35e-3 and 1.755e-3, −279.45 MPa
+/// across the plane and a pressure of 698.625 MPa.
 #[test]
 fn exact_solutions_become_those_of_small_strains() {
     // A hundred thousandth of the rise: quadratic terms are below 1e-7 of the linear ones.

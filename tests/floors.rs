@@ -1,7 +1,8 @@
-//! The plan of the house: `src/lib.rs` lists the rooms from ground floor to top, and each uses only those listed above it.
+//! The plan of the house: `src/lib.rs` lists the rooms from ground floor to top, and each uses only those
+//! listed above it.
 //!
-//! Read from the sources themselves: what stands behind `crate::` in code, be it a `use` or a path in a line. Unit tests
-//! at a file's end may look anywhere.
+//! Read from the sources themselves: what stands behind `crate::` in code, be it a `use` or a path in a line.
+//! Unit tests at a file's end may look anywhere.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -192,7 +193,8 @@ fn no_files_go_in_a_circle() {
     assert!(faults.is_empty(), "imports that go in a circle:\n{}", faults.join("\n"));
 }
 
-/// The two tests above see an import that is put in: alone, in braces, in the middle of a line, and as a circle.
+/// The two tests above see an import that is put in: alone, in braces, in the middle of a line, and as a
+/// circle.
 #[test]
 fn an_upward_import_and_a_circle_are_seen() {
     let rooms = rooms("pub mod low;\nmod high;\n");

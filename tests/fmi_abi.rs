@@ -35,7 +35,8 @@ fn a_whole_life_runs() {
     assert!(slave.get("tool_position_x") < 3e-3);
     let mut text: *const c_char = null();
     let mut truth = -1;
-    // SAFETY: the component is alive, the arrays have one entry each; the text lives until the next such call.
+    // SAFETY: the component is alive, the arrays have one entry each; the text lives until the next such
+    // call.
     unsafe {
         assert_eq!(fmi2GetString(component, &reference("material.name"), 1, &raw mut text), Status::Ok);
         assert_eq!(CStr::from_ptr(text), c"AISI 1045");
@@ -142,7 +143,8 @@ fn steps_that_do_not_fit_the_clock_are_refused() {
     assert_eq!(slave.step(0.0, 1e-6), Status::Error);
 }
 
-/// The wall time limit cuts a step short; going on from there ends where an uninterrupted run ends, bit by bit.
+/// The wall time limit cuts a step short; going on from there ends where an uninterrupted run ends, bit by
+/// bit.
 #[test]
 fn a_discarded_step_goes_on_to_the_same_state() {
     let whole = Slave::ready(&[]);

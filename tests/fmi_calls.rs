@@ -2,8 +2,8 @@
 
 // Apple on ARM passes variable arguments on the stack, where the tests' logger does not look for them.
 #![cfg(not(all(target_vendor = "apple", target_arch = "aarch64")))]
-// SAFETY, once for all blocks here: the component is alive and used by one thread, arrays have the lengths given, and
-// whatever is null, odd or stale is what the test tries and must be refused before it is followed.
+// SAFETY, once for all blocks here: the component is alive and used by one thread, arrays have the lengths
+// given, and whatever is null, odd or stale is what the test tries and must be refused before it is followed.
 #![allow(clippy::undocumented_unsafe_blocks)]
 
 mod importer;
@@ -17,13 +17,13 @@ use swarf::fmi::abi::*;
 /// A function with arguments that are right as far as they can be.
 type Attempt = fn(&Slave) -> Status;
 
-/// The six states an importer can bring about, as columns of the table below. (What an internal error leaves behind is
-/// tried in `src/fmi/abi/tests.rs`, as nothing outside can bring one about.)
+/// The six states an importer can bring about, as columns of the table below. (What an internal error leaves
+/// behind is tried in `src/fmi/abi/tests.rs`, as nothing outside can bring one about.)
 const STATES: [&str; 6] =
     ["instantiated", "initialization", "stepComplete", "stepFailed", "terminated", "error"];
 
-/// FMI 2.0.4, section 4.2.4, copied by hand: `x` where the standard allows the call in the state of `STATES`, `+` where we
-/// allow it beyond the standard: a discarded step may go on.
+/// FMI 2.0.4, section 4.2.4, copied by hand: `x` where the standard allows the call in the state of `STATES`,
+/// `+` where we allow it beyond the standard: a discarded step may go on.
 const TABLE: &[(&str, &str, Attempt)] = &[
     ("fmi2SetDebugLogging", "xxxxxx", |s| unsafe { fmi2SetDebugLogging(s.component, 0, 0, null()) }),
     ("fmi2SetupExperiment", "x.....", |s| unsafe { fmi2SetupExperiment(s.component, 0, 0.0, 0.0, 0, 0.0) }),
@@ -61,7 +61,8 @@ const TABLE: &[(&str, &str, Attempt)] = &[
     ("fmi2GetBooleanStatus", "..xxx.", |s| unsafe { fmi2GetBooleanStatus(s.component, 3, &mut 0) }),
 ];
 
-/// Allowed where `TABLE`'s third column would say so, yet never with success, as the capability flags announce.
+/// Allowed where `TABLE`'s third column would say so, yet never with success, as the capability flags
+/// announce.
 const INCAPABLE: &[(&str, &str, Status, Attempt)] = &[
     ("fmi2GetRealOutputDerivatives", "..xxxx", Status::Error, |s| unsafe {
         fmi2GetRealOutputDerivatives(s.component, &100, 1, &1, &mut 0.0)
@@ -124,8 +125,8 @@ fn after_a_failed_step() -> Slave {
     slave
 }
 
-/// Every function in every state answers as the standard's table says. (`fmi2FreeInstance` ends each case, so it is tried in
-/// every state as well.)
+/// Every function in every state answers as the standard's table says. (`fmi2FreeInstance` ends each case, so
+/// it is tried in every state as well.)
 #[test]
 fn the_call_order_is_that_of_the_standard() {
     let mut names: Vec<&str> =
@@ -154,7 +155,8 @@ fn the_call_order_is_that_of_the_standard() {
     }
 }
 
-/// A step that failed is no end: results can be read, and a reset or a restored state makes the instance sound again.
+/// A step that failed is no end: results can be read, and a reset or a restored state makes the instance
+/// sound again.
 #[test]
 fn a_failed_step_can_be_left_by_reset_and_by_an_earlier_state() {
     let sound = Slave::ready(&[]);

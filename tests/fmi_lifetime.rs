@@ -30,7 +30,8 @@ fn process() -> (u64, u64) {
     (number("VmRSS:"), number("Threads:"))
 }
 
-/// Whether this process comes down to a number of threads; one that has ended is counted until the system has buried it.
+/// Whether this process comes down to a number of threads; one that has ended is counted until the system has
+/// buried it.
 #[cfg(target_os = "linux")]
 fn comes_down_to(threads: u64) -> bool {
     let moment = std::time::Duration::from_millis(1);
@@ -115,7 +116,8 @@ fn instantiate_with(uri: &[u8]) -> String {
     let messages = Messages::default();
     let callbacks = callbacks(&messages);
     let guid = CString::new(guid()).unwrap();
-    // SAFETY: all texts end with a zero; the callbacks outlive the instance, which is used by this thread alone.
+    // SAFETY: all texts end with a zero; the callbacks outlive the instance, which is used by this thread
+    // alone.
     unsafe {
         let uri = uri.as_ptr().cast::<c_char>();
         let made = fmi2Instantiate(c"a".as_ptr(), 1, guid.as_ptr(), uri, &raw const callbacks, 0, 1);

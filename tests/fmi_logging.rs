@@ -19,7 +19,8 @@ fn switch(slave: &Slave, is_on: bool, names: &[&str]) {
     assert_eq!(status, Status::Ok, "{names:?}: {}", slave.log());
 }
 
-/// Brings about a message of each category that a running instance can speak in, and gives the categories heard.
+/// Brings about a message of each category that a running instance can speak in, and gives the categories
+/// heard.
 fn heard(slave: &Slave, time: &mut f64) -> Vec<&'static str> {
     slave.log();
     // SAFETY: the component is alive, the places are ours.
@@ -44,8 +45,8 @@ fn number(category: &str) -> i32 {
     }
 }
 
-/// An importer that filters by category must be able to have each one alone, and to silence each one alone. (Warnings come
-/// before an instance can be spoken to; that their switch works is tested in `fmi::instance`.)
+/// An importer that filters by category must be able to have each one alone, and to silence each one alone.
+/// (Warnings come before an instance can be spoken to; that their switch works is tested in `fmi::instance`.)
 #[test]
 fn each_category_can_be_had_alone_and_left_out_alone() {
     let all = ["solver", "logStatusDiscard", "logStatusError", "logEvents"];

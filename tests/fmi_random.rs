@@ -7,8 +7,8 @@ mod importer;
 
 use importer::sequence::{Draw, perform, random_bytes};
 
-/// Nobody can list all wrong orders of 31 functions and their values; a few thousand drawn ones find what a list
-/// forgets. Each is reproduced by its seed.
+/// Nobody can list all wrong orders of 31 functions and their values; a few thousand drawn ones find what a
+/// list forgets. Each is reproduced by its seed.
 #[test]
 fn no_sequence_of_calls_breaks_an_instance() {
     for seed in 0..1500 {

@@ -4,7 +4,8 @@ use swarf::scene::{Heat, Precision, Scene};
 use swarf::session::{Advance, Outputs, PointFields};
 use swarf::{Error, Session};
 
-/// A coarse cut with everything that heats: 1,875 points, conduction passes made frequent by a conductivity of copper's.
+/// A coarse cut with everything that heats: 1,875 points, conduction passes made frequent by a conductivity
+/// of copper's.
 fn scene() -> Scene {
     let mut scene = Scene::default();
     scene.workpiece.length = 1.5e-3;
@@ -97,8 +98,8 @@ fn assert_same(a: &PointFields, b: &PointFields, what: &str) {
     assert!(a.stress == b.stress, "{what}: stresses differ");
 }
 
-/// Passes and waiting friction heat belong to the state: threads, communication steps and a restore in between change no bit,
-/// in either precision and with the active window.
+/// Passes and waiting friction heat belong to the state: threads, communication steps and a restore in
+/// between change no bit, in either precision and with the active window.
 #[test]
 fn the_state_depends_on_nothing_but_the_scene() {
     for precision in [Precision::Double, Precision::Single] {

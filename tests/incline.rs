@@ -11,7 +11,8 @@ fn incline(body: Body, friction: f64, degrees: f64, contact: Contact) -> Incline
     Incline { body, slope, friction, grid_angle, cell: 0.05, contact }
 }
 
-/// Coulomb's law and rigid-body mechanics give the way; 0.5 % for the block and 1 % for the disk are the acceptance.
+/// Coulomb's law and rigid-body mechanics give the way; 0.5 % for the block and 1 % for the disk are the
+/// issue's acceptance.
 #[test]
 fn bodies_slide_as_coulomb_says_at_any_angle_to_the_grid() {
     for (body, friction, bound) in
@@ -31,8 +32,8 @@ fn bodies_slide_as_coulomb_says_at_any_angle_to_the_grid() {
     }
 }
 
-/// A rigid disk rolls with 2/3 g sin θ. Where points touch it does so within 1 % (the bound) with 16 cells along the
-/// radius: it goes as if thinner by an eighth of a cell.
+/// A rigid disk rolls with 2/3 g sin θ. Where points touch it does so within 1 % (the bound) with 16
+/// cells along the radius: it goes as if thinner by an eighth of a cell.
 #[test]
 fn a_disk_rolls_where_points_touch() {
     for degrees in [0.0, 17.0] {
@@ -44,7 +45,8 @@ fn a_disk_rolls_where_points_touch() {
     }
 }
 
-/// Friction above tan θ holds the block: it creeps less than 1e-4 (the bound) of the way it would slide without.
+/// Friction above tan θ holds the block: it creeps less than 1e-4 (the bound) of the way it would
+/// slide without.
 #[test]
 fn a_sticking_block_does_not_creep() {
     for degrees in GRID_ANGLES {
@@ -59,9 +61,10 @@ fn a_sticking_block_does_not_creep() {
     }
 }
 
-/// A point is as wide as it is, so contact begins when the gap closes: within 0.1 cell, the bound, where the points
-/// touch, and within a step of 0.004 cells under the distance law, whose half cell is a quarter for each body. Where nodes
-/// touch it begins as soon as a node behind the face has mass, up to 1.25 cells early.
+/// A point is as wide as it is, so contact begins when the gap closes: within 0.1 cell, the bound,
+/// where the points touch, and within a step of 0.004 cells under the distance law, whose half cell is a
+/// quarter for each body. Where nodes touch it begins as soon as a node behind the face has mass, up to 1.25
+/// cells early.
 #[test]
 fn contact_begins_at_the_surface_where_points_touch() {
     for degrees in GRID_ANGLES {
@@ -80,10 +83,11 @@ fn contact_begins_at_the_surface_where_points_touch() {
     }
 }
 
-/// Under the velocity law contact begins as soon as a point of each body reaches the same node, from a cell ahead of its
-/// surface (a point's 1.25 less a quarter). At no angle to the grid nodes stand 0.37, 1.37, … cells before the plane: the
-/// tool reaches the first of them, and the block does at a gap of 1.37 cells, but for steps of 0.004. At an angle some
-/// node is as far as the corners of two squares away, 2 · 1.25 (cos + sin) − 0.5 at most.
+/// Under the velocity law contact begins as soon as a point of each body reaches the same node, from a cell
+/// ahead of its surface (a point's 1.25 less a quarter). At no angle to the grid nodes stand 0.37, 1.37, …
+/// cells before the plane: the tool reaches the first of them, and the block does at a gap of 1.37 cells, but
+/// for steps of 0.004. At an angle some node is as far as the corners of two squares away, 2 · 1.25 (cos +
+/// sin) − 0.5 at most.
 #[test]
 fn the_velocity_law_acts_when_a_node_is_shared() {
     for degrees in GRID_ANGLES {

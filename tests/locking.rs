@@ -30,8 +30,8 @@ fn deposits<D: Dimension>(block: &SteelBlock<D, Gimp<f64>>) -> Vec<f64> {
     block.partition.incoming.iter().flat_map(|run| run.records.iter().flat_map(|r| r.0)).collect()
 }
 
-/// The control takes exactly the energy it says, and the nodes feel exactly the new pressures: as if every point had been
-/// deposited anew.
+/// The control takes exactly the energy it says, and the nodes feel exactly the new pressures: as if every
+/// point had been deposited anew.
 fn control_is_consistent<D: Dimension>() {
     let mut block = noisy_block::<D>(0.04);
     let (before, old) = (points(&block), deposits(&block));
@@ -74,8 +74,8 @@ fn the_control_takes_the_energy_it_says_and_the_forces_follow() {
     control_is_consistent::<ThreeDimensional>();
 }
 
-/// What a wave or a shear band may have, deviations below the pressure under a punch, is not touched; neither is any
-/// deviation in a material that never yields.
+/// What a wave or a shear band may have, deviations below the pressure under a punch, is not touched; neither
+/// is any deviation in a material that never yields.
 #[test]
 fn small_deviations_are_left_alone() {
     let threshold = 2.968 * 792e6 / (207e9 / 1.2);
@@ -93,8 +93,9 @@ fn small_deviations_are_left_alone() {
     assert_eq!(taken, 0.0, "energy taken from a material that never yields");
 }
 
-/// Applied again and again, the control leaves no point further from the average around it than the threshold. Averages
-/// move with the points, so once is not enough; the rest falls by more than half each time.
+/// Applied again and again, the control leaves no point further from the average around it than the
+/// threshold. Averages move with the points, so once is not enough; the rest falls by more than half each
+/// time.
 #[test]
 fn deviations_end_at_the_threshold() {
     let mut block = noisy_block::<PlaneStrain>(0.06);

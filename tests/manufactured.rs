@@ -4,8 +4,8 @@ use swarf::dimension::{PlaneStrain, ThreeDimensional};
 use swarf::grid::shape_function::Gimp;
 use swarf::study::verification::manufactured::{AxisAligned, Vortex, axis_aligned, order, vortex};
 
-/// The formulas give the published samples (tests/data/mms_body_force_samples.csv, its origin is in the README there), whose
-/// 15 digits leave some roundings of terms that cancel.
+/// The formulas give the published samples (tests/data/mms_body_force_samples.csv, its origin is in the
+/// README there), whose 15 digits leave some roundings of terms that cancel.
 #[test]
 fn body_forces_match_the_samples() {
     let mut compared = [0, 0];
@@ -36,8 +36,9 @@ fn body_forces_match_the_samples() {
     assert_eq!(compared, [4, 5], "samples of the two motions");
 }
 
-/// Second order in the cell, 1.9 in the issue, while no point changes its cell. Valid for amplitudes up to 1e-3 (strains of
-/// 0.3 %): points keep the size of their square, and what that leaves over or takes twice grows with the strain.
+/// Second order in the cell, 1.9 in the issue, while no point changes its cell. Valid for amplitudes up to
+/// 1e-3 (strains of 0.3 %): points keep the size of their square, and what that leaves over or takes twice
+/// grows with the strain.
 #[test]
 fn axis_aligned_motion_converges_at_second_order() {
     let runs = [8, 16, 32, 64].map(|cells| axis_aligned::<PlaneStrain, _>(Gimp::new(2), cells, 1e-3, 0.01));
@@ -52,7 +53,8 @@ fn axis_aligned_motion_converges_at_second_order() {
     assert!(order(space[0], space[1]) >= 1.9, "in space: errors {space:?}");
 }
 
-/// At 0.05 strains reach 16 % and the order falls below 1.7 when points change cell: the range above is no modesty.
+/// At 0.05 strains reach 16 % and the order falls below 1.7 when points change cell: the range above is no
+/// modesty.
 #[test]
 fn axis_aligned_order_ends_with_the_strain() {
     let errors = [16, 32].map(|cells| axis_aligned::<PlaneStrain, _>(Gimp::new(2), cells, 0.05, 0.02).error);
@@ -60,9 +62,9 @@ fn axis_aligned_order_ends_with_the_strain() {
     assert!(order(errors[0], errors[1]) < 1.7 && errors[1] < 0.03, "errors {errors:?}");
 }
 
-/// Order 1.7 in the issue: reached for small turns over the whole time, and at the published amplitude of 1 rad until 0.1 s,
-/// when the shear has reached 1.9. Later the points' squares, which do not follow the shear, lose touch with each other and
-/// the error saturates at 0.7 of the amplitude, whatever the cell.
+/// Order 1.7 in the issue: reached for small turns over the whole time, and at the published amplitude of 1
+/// rad until 0.1 s, when the shear has reached 1.9. Later the points' squares, which do not follow the shear,
+/// lose touch with each other and the error saturates at 0.7 of the amplitude, whatever the cell.
 #[test]
 fn generalised_vortex_converges_until_the_points_part() {
     for (amplitude, end) in [(1e-3, 1.0), (1.0, 0.1)] {

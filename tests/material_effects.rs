@@ -29,7 +29,8 @@ fn run(scene: &Scene, end: f64) -> swarf::variables::Outputs {
     outputs
 }
 
-/// The law softens with strain, so the force of the same cut is lower; nothing of damage or viscosity is in its ledger.
+/// The law softens with strain, so the force of the same cut is lower; nothing of damage or viscosity is in
+/// its ledger.
 #[test]
 fn the_tanh_law_cuts_with_less_force() {
     let force = |law: Law| {
@@ -71,7 +72,8 @@ fn a_cut_with_viscosity_closes_its_ledger() {
     assert!(change.abs() < 0.05, "plastic work changed by {change}");
 }
 
-/// What no kernel of its own stands for is the same material without the effect: no heat, no rate, no softening.
+/// What no kernel of its own stands for is the same material without the effect: no heat, no rate, no
+/// softening.
 #[test]
 fn effects_that_a_damaged_scene_lacks_are_off() {
     let mut scene = scene();
@@ -88,7 +90,8 @@ fn effects_that_a_damaged_scene_lacks_are_off() {
         let with = run(&scene, 4e-6);
         scene.effects.damage = false;
         let without = run(&scene, 4e-6);
-        // The factors that replace the effects are exactly one, but constant softening is computed for each point.
+        // The factors that replace the effects are exactly one, but constant softening is computed for each
+        // point.
         let change = with.plastic_work / without.plastic_work - 1.0;
         assert!(
             change.abs() < 1e-6,
@@ -98,7 +101,8 @@ fn effects_that_a_damaged_scene_lacks_are_off() {
     }
 }
 
-/// Rare combinations have no kernel, and a library material without the constants has no law; the refusal says so.
+/// Rare combinations have no kernel, and a library material without the constants has no law; the refusal
+/// says so.
 #[test]
 fn combinations_without_a_kernel_are_refused_in_words() {
     let refused = |change: fn(&mut Scene), parts: &[&str]| {

@@ -47,8 +47,9 @@ const COMPRESSION: Path = |a| [[-a / (1.0 + a), 0.0], [0.0, a]];
 /// Simple shear, det(I + h) = 1.
 const SHEAR: Path = |a| [[0.0, 2.0 * a], [0.0, 0.0]];
 
-/// Largest relative errors of stress and temperature over the table's strains from `from` to `to`, at `rate` (1/s), when
-/// every substep adds exactly `step` to the plastic strain. A secant iteration finds the increment that does.
+/// Largest relative errors of stress and temperature over the table's strains from `from` to `to`, at `rate`
+/// (1/s), when every substep adds exactly `step` to the plastic strain. A secant iteration finds the
+/// increment that does.
 fn errors(rate: f64, step: f64, (from, to): (f64, f64), path: Path) -> (f64, f64) {
     let constants = steel_4340();
     let model = steel(&constants);
@@ -96,8 +97,8 @@ fn errors(rate: f64, step: f64, (from, to): (f64, f64), path: Path) -> (f64, f64
     worst
 }
 
-/// The law is separable at constant plastic strain rate, so its stress and temperature are known to any precision; the
-/// bound of 1e-5 at strain steps of 1e-4 is the acceptance.
+/// The law is separable at constant plastic strain rate, so its stress and temperature are known to any
+/// precision; the bound of 1e-5 at strain steps of 1e-4 is the acceptance.
 #[test]
 fn adiabatic_stress_and_temperature_match_the_exact_curves() {
     for rate in [1.0, 1e3, 1e5, 1e7] {
@@ -112,8 +113,8 @@ fn adiabatic_stress_and_temperature_match_the_exact_curves() {
     }
 }
 
-/// The flow stress depends on the equivalent strain alone, so the curve along another path, whose stress turns with the
-/// material, is the same.
+/// The flow stress depends on the equivalent strain alone, so the curve along another path, whose stress
+/// turns with the material, is the same.
 #[test]
 fn simple_shear_follows_the_same_curve() {
     let (stress, temperature) = errors(1e5, 1e-4, (0.0, 2.0), SHEAR);
@@ -121,8 +122,8 @@ fn simple_shear_follows_the_same_curve() {
     assert!(stress < 1e-5 && temperature < 1e-5, "stress {stress:e}, temperature {temperature:e}");
 }
 
-/// Backward Euler for the temperature in the flow stress, and a trapezoidal rule for the work: the error falls at least
-/// in proportion to the step.
+/// Backward Euler for the temperature in the flow stress, and a trapezoidal rule for the work: the error
+/// falls at least in proportion to the step.
 #[test]
 fn the_point_converges_at_first_order_or_better() {
     for rate in [1.0, 1e7] {
@@ -142,8 +143,8 @@ fn full_stress<D: Dimension>(constants: &Constants, state: &SteelState<D>) -> Ma
     Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
 }
 
-/// Turns a stressed point by `turn` (rad) about `axis` in increments of about `increment` (rad); returns the largest
-/// difference from R σ Rᵀ (Pa).
+/// Turns a stressed point by `turn` (rad) about `axis` in increments of about `increment` (rad); returns the
+/// largest difference from R σ Rᵀ (Pa).
 fn turning_error<D: Dimension>(axis: Vector3<f64>, turn: f64, increment: f64) -> f64 {
     let constants = steel_4340();
     let model = steel(&constants);
@@ -167,8 +168,8 @@ fn turning_error<D: Dimension>(axis: Vector3<f64>, turn: f64, increment: f64) ->
     (full_stress(&constants, &state) - r * before * r.transpose()).abs().max()
 }
 
-/// A rigid rotation turns stress with the material: σ = R σ₀ Rᵀ. The bound of 1e-8 E is the acceptance; the
-/// scheme is exact for rotations, so only rounding is left.
+/// A rigid rotation turns stress with the material: σ = R σ₀ Rᵀ. The bound of 1e-8 E is the issue's
+/// acceptance; the scheme is exact for rotations, so only rounding is left.
 #[test]
 fn a_turned_point_carries_its_stress_along() {
     let bound = 1e-8 * steel_4340().youngs_modulus;
@@ -211,7 +212,8 @@ fn plane_strain_is_space_without_strain_across() {
         update::<ThreeDimensional>(&model, &mut space, wide, 1e-8);
         let (a, b) = (full_stress(&constants, &plane), full_stress(&constants, &space));
         let difference = (a - b).abs().max();
-        // Rounding of the strain increment and the rotation, in stress: a few E ε a step; yielding forgets it.
+        // Rounding of the strain increment and the rotation, in stress: a few E ε a step; yielding forgets
+        // it.
         let bound = 1e-11 * constants.youngs_modulus;
         assert!(difference < bound, "step {step}: {a} and {b} differ by {difference} Pa, bound {bound}");
         let temperature = plane.thermal.0[0] - space.thermal.0[0];
@@ -233,8 +235,9 @@ fn flow_stress(c: &Constants, strain: f64, rate: f64, temperature: f64) -> f64 {
         * (1.0 - homologous.powf(c.thermal_exponent))
 }
 
-/// From first yield on, for any state and step, the returned stress lies on the flow stress of the new strain, rate and
-/// temperature; what would break it are the infinite slopes of ε̄ⁿ and ln ε̄̇ at zero, and melting.
+/// From first yield on, for any state and step, the returned stress lies on the flow stress of the new
+/// strain, rate and temperature; what would break it are the infinite slopes of ε̄ⁿ and ln ε̄̇ at zero, and
+/// melting.
 #[test]
 fn every_return_ends_on_the_yield_surface() {
     let mut random = Random(2011);
@@ -273,7 +276,8 @@ fn every_return_ends_on_the_yield_surface() {
             let mut s = [angle.cos(), angle.sin(), part];
             let norm = (3.0 * (s[0] * s[0] + s[1] * s[1] + s[0] * s[1] + s[2] * s[2])).sqrt();
             s = s.map(|x| x * wanted / norm);
-            // A share of it comes with the increment: h of diagonal (a, b), whose strain increment is a/(1 + a/2).
+            // A share of it comes with the increment: h of diagonal (a, b), whose strain increment is a/(1 +
+            // a/2).
             let share = random.one_of(&[0.0, 0.5, 1.0]);
             let increment = [s[0], s[1]].map(|x| share * x / two_mu);
             if increment.iter().all(|e| e.abs() < 0.1) {
@@ -350,7 +354,8 @@ fn every_return_ends_on_the_yield_surface() {
             let warmth = f64::EPSILON * state.thermal.0[lane];
             let unsure = (at(x + lost) - at((x - lost).max(0.0))).abs()
                 + (warmer(x, warmth) - warmer(x, -warmth)).abs();
-            // T* and its power are rounded against one, so next to melting the flow stress is rounded against the cold one.
+            // T* and its power are rounded against one, so next to melting the flow stress is rounded against
+            // the cold one.
             let cold = flow_stress(c, strain, x / dt, 0.0);
             let bound = 2e-12 * trial + unsure + 8.0 * f64::EPSILON * cold;
             // Printed are the cases that nothing but the solver's tolerance limits.
@@ -367,9 +372,11 @@ fn every_return_ends_on_the_yield_surface() {
     assert!(returns > 150_000, "only {returns} of the random states yielded");
 }
 
-/// Work of the mean stress over the strain increments = elastic + plastic energy, along a path with strong noise.
+/// Work of the mean stress over the strain increments = elastic + plastic energy, along a path with strong
+/// noise.
 ///
-/// Returns the imbalance over the work, for `count` steps of strains of size `size` and noise of the same size.
+/// Returns the imbalance over the work, for `count` steps of strains of size `size` and noise of the same
+/// size.
 fn energy_error<D: Dimension>(count: usize, size: f64) -> f64 {
     let constants = steel_4340();
     let model = steel(&constants);
@@ -401,8 +408,9 @@ fn energy_error<D: Dimension>(count: usize, size: f64) -> f64 {
     error
 }
 
-/// The stress power of the ledger differs from the energy taken up by terms of the order of one increment: with
-/// increments of 1e-4, as in a cut, by about 1e-4 of the work, and by half of that with half the increments.
+/// The stress power of the ledger differs from the energy taken up by terms of the order of one increment:
+/// with increments of 1e-4, as in a cut, by about 1e-4 of the work, and by half of that with half the
+/// increments.
 #[test]
 fn stress_power_is_elastic_plus_plastic_energy() {
     for error in [

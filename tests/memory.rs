@@ -1,4 +1,5 @@
-//! The paper's resolution fits into little memory: a test program of its own, since the measure is the process's.
+//! The paper's resolution fits into little memory: a test program of its own, since the measure is the
+//! process's.
 
 use swarf::scene::Scene;
 use swarf::session::Session;
@@ -11,8 +12,8 @@ fn peak_resident() -> Option<f64> {
     Some(kilobytes / 1e3)
 }
 
-/// 120,000 points, run past several sorts by two threads, need less than 64 MB (the project's own bound; the points'
-/// state is 13 MB, and sorting keeps a second set).
+/// 120,000 points, run past several sorts by two threads, need less than 64 MB (the project's own bound; the
+/// points' state is 13 MB, and sorting keeps a second set).
 #[test]
 fn the_papers_resolution_runs_in_64_megabytes() {
     let mut scene = Scene::default();

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-/// Importers unpack the committed file; the library checks the GUID of the generated one. They must be the same.
+/// Importers unpack the committed file; the library checks the GUID of the generated one. They must be the
+/// same.
 #[test]
 fn the_committed_description_is_not_stale() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("modelDescription/modelDescription.xml");

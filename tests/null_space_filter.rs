@@ -1,5 +1,5 @@
-//! Velocities that the grid cannot see are brought back (`stabilization::null_space_filter`): momentum stays, energy is accounted for, and smooth motion
-//! is not touched.
+//! Velocities that the grid cannot see are brought back (`stabilization::null_space_filter`): momentum stays,
+//! energy is accounted for, and smooth motion is not touched.
 
 mod common;
 
@@ -28,7 +28,8 @@ fn block(
     lattice.build(constants, Gimp::new(2), distant_tool(), |x, _, _| velocity(x))
 }
 
-/// A block at 40 m/s in which neighbours of two along the left side store 400 m/s up and down: next to nothing on any node.
+/// A block at 40 m/s in which neighbours of two along the left side store 400 m/s up and down: next to
+/// nothing on any node.
 fn with_strays(constants: &Constants) -> SteelBlock<PlaneStrain, Gimp<f64>> {
     block(constants, |[x, y, _]| {
         let is_pair = x < 1e-5 && (y - 1.4e-4).abs() < 1e-5;
@@ -47,8 +48,9 @@ fn momentum(points: &[PointView]) -> ([f64; 2], f64) {
     ([along(0), along(1)], total(points, |point| point.mass * point.velocity[0].hypot(point.velocity[1])))
 }
 
-/// Two points that store 400 m/s against each other are brought back; where nothing ever yields, and no look is taken, they keep
-/// most of it. Momentum stays to the last digits, and the ledger closes on what was taken.
+/// Two points that store 400 m/s against each other are brought back; where nothing ever yields, and no look
+/// is taken, they keep most of it. Momentum stays to the last digits, and the ledger closes on what was
+/// taken.
 #[test]
 fn stored_velocities_are_brought_back() {
     let mut steel = with_strays(&steel_4340());
@@ -76,7 +78,8 @@ fn stored_velocities_are_brought_back() {
     assert!(ledger.damping > 0.0, "{} J of damping", ledger.damping);
 }
 
-/// A block that flies at 500 m/s, turns and stretches keeps its velocities: not one is foreign to the nodes around it.
+/// A block that flies at 500 m/s, turns and stretches keeps its velocities: not one is foreign to the nodes
+/// around it.
 #[test]
 fn smooth_motion_is_not_touched() {
     let mut block = block(&steel_4340(), |[x, y, _]| [500.0 - 3e5 * y + 1e5 * x, 3e5 * x - 1e5 * y, 0.0]);

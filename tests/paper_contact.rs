@@ -1,5 +1,5 @@
-//! The paper's own contact laws in whole cuts (`contact::nodal`); what they must conserve stands in `surface_contact.rs`, Coulomb's law and the
-//! first contact in `incline.rs`.
+//! The paper's own contact laws in whole cuts (`contact::nodal`); what they must conserve stands in
+//! `surface_contact.rs`, Coulomb's law and the first contact in `incline.rs`.
 
 use swarf::scene::ContactChoice::{self, Distance, Surface, Velocity};
 use swarf::scene::{Heat, Scene};
@@ -23,8 +23,8 @@ fn cut(scene: &Scene) -> Session {
     session
 }
 
-/// Each law forms a chip and keeps the ledger closed (1 %, the bound). Nodes ahead of the tool that it takes along
-/// make it blunter, so the laws on nodes need more force than the one at the surface.
+/// Each law forms a chip and keeps the ledger closed (1 %, the bound). Nodes ahead of the tool that
+/// it takes along make it blunter, so the laws on nodes need more force than the one at the surface.
 #[test]
 fn every_law_cuts_and_keeps_its_books() {
     let forces = [Surface, Distance, Velocity].map(|contact| {
@@ -44,8 +44,8 @@ fn every_law_cuts_and_keeps_its_books() {
     assert!(surface < distance.min(velocity), "forces of surface, distance and velocity: {forces:?} N");
 }
 
-/// Friction heat finds its place under these laws too: what workpiece and tool got is the friction work, but for
-/// rounding.
+/// Friction heat finds its place under these laws too: what workpiece and tool got is the friction work, but
+/// for rounding.
 #[test]
 fn friction_heat_goes_where_it_should() {
     for contact in [Distance, Velocity] {

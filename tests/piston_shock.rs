@@ -1,4 +1,5 @@
-//! A shock at the tool's speed against the jump conditions of the law implemented (`study::verification::piston`).
+//! A shock at the tool's speed against the jump conditions of the law implemented
+//! (`study::verification::piston`).
 
 use swarf::study::verification::piston::{Outcome, Piston, run};
 
@@ -14,8 +15,8 @@ fn errors(outcome: &Outcome) -> [f64; 3] {
     errors
 }
 
-/// Mass and momentum across the fronts leave no freedom. 1 % and, on half the cells, 0.5 % are the acceptance;
-/// momentum is exchanged with the piston alone, 1e-10 is the bound.
+/// Mass and momentum across the fronts leave no freedom. 1 % and, on half the cells, 0.5 % are the issue's
+/// acceptance; momentum is exchanged with the piston alone, 1e-10 is the bound.
 #[test]
 fn a_shock_from_a_face_on_nodes_obeys_the_jump_conditions() {
     for points_touch in [false, true] {
@@ -31,8 +32,9 @@ fn a_shock_from_a_face_on_nodes_obeys_the_jump_conditions() {
     }
 }
 
-/// The same shock from a face that crosses three lines of nodes, within the 1 % where points touch. Its 0.5 % on half
-/// the cells is missed by the plastic front alone (0.76 %): the force is low by 1 % until the first cell has been crossed.
+/// The same shock from a face that crosses three lines of nodes, within the 1 % where points touch.
+/// Its 0.5 % on half the cells is missed by the plastic front alone (0.76 %): the force is low by 1 % until
+/// the first cell has been crossed.
 #[test]
 fn a_shock_from_a_face_that_crosses_nodes_obeys_them_where_points_touch() {
     for (cells, bound) in [(200, 0.015), (400, 0.01)] {
@@ -44,8 +46,8 @@ fn a_shock_from_a_face_that_crosses_nodes_obeys_them_where_points_touch() {
     }
 }
 
-/// What the contact law on nodes does there, so that the table's words stay true: as the face nears the next line of nodes,
-/// those behind it lose touch, and the force falls by a third or more until it is reached.
+/// What the contact law on nodes does there, so that the table's words stay true: as the face nears the next
+/// line of nodes, those behind it lose touch, and the force falls by a third or more until it is reached.
 #[test]
 fn a_face_that_crosses_nodes_loses_its_force_where_nodes_touch() {
     let outcome = run(Piston::Moving, false, 400, 0.5);

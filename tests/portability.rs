@@ -36,13 +36,15 @@ fn files_with(words: &[&str]) -> Vec<String> {
     holding
 }
 
-/// Any other processor compiles everything but one file, so that the portable path is the whole program there.
+/// Any other processor compiles everything but one file, so that the portable path is the whole program
+/// there.
 #[test]
 fn intrinsics_are_in_the_avx2_file_alone() {
     assert_eq!(files_with(&["std::arch", "core::arch", "_mm256"]), ["simd/avx2.rs"]);
 }
 
-/// The choice between instruction sets is the SIMD floor's; the FMI boundary asks for the platform's calling convention.
+/// The choice between instruction sets is the SIMD floor's; the FMI boundary asks for the platform's calling
+/// convention.
 #[test]
 fn processors_are_told_apart_in_the_simd_floor_and_at_the_fmi_boundary_alone() {
     let files = files_with(&["target_arch", "target_feature", "is_x86_feature_detected"]);

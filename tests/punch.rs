@@ -2,10 +2,11 @@
 
 use swarf::study::verification::punch::run;
 
-/// The issue asks for the limit load within 3 % and pressures that differ from those around by less than 5 % of it, with
-/// locking control. Neither is met yet, and this test holds what is: the load, above the limit by 14 % with 8 cells under
-/// half the punch, comes down in proportion to the cell (7 % with 16), as of a punch that is about one cell wider; noise
-/// is 16 %, as without any control, which only limits what deviates by more than the limit pressure itself.
+/// The issue asks for the limit load within 3 % and pressures that differ from those around by less than 5 %
+/// of it, with locking control. Neither is met yet, and this test holds what is: the load, above the limit by
+/// 14 % with 8 cells under half the punch, comes down in proportion to the cell (7 % with 16), as of a punch
+/// that is about one cell wider; noise is 16 %, as without any control, which only limits what deviates by
+/// more than the limit pressure itself.
 #[test]
 fn the_load_approaches_the_limit_from_above() {
     let [coarse, fine] = [8, 16].map(|cells| run(cells, true, true, 0.04, 4.0));
@@ -19,7 +20,8 @@ fn the_load_approaches_the_limit_from_above() {
     assert!(fine.noise < 0.18, "pressure noise {}", fine.noise);
 }
 
-/// Where nodes touch, contact loosens and tightens as the punch moves, and pressures under it are twice as noisy.
+/// Where nodes touch, contact loosens and tightens as the punch moves, and pressures under it are twice as
+/// noisy.
 #[test]
 fn pressures_are_smoother_where_points_touch() {
     let [points, nodes] = [true, false].map(|points_touch| run(8, points_touch, true, 0.04, 4.0));

@@ -1,8 +1,9 @@
-//! Random small scenes and input histories: no panic, no value that is no number, and every end is a time reached or an
-//! error that names its cause.
+//! Random small scenes and input histories: no panic, no value that is no number, and every end is a time
+//! reached or an error that names its cause.
 //!
-//! `PROPTEST_CASES` sets their number (`cargo xtask hard-cases` runs 2,000). A scene that fails shrinks to the smallest that
-//! still does; its seed goes to tests/data/random_scenes.regressions, which every later run begins with.
+//! `PROPTEST_CASES` sets their number (`cargo xtask hard-cases` runs 2,000). A scene that fails shrinks to
+//! the smallest that still does; its seed goes to tests/data/random_scenes.regressions, which every later run
+//! begins with.
 
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
@@ -263,7 +264,8 @@ fn perform(scene: &Scene, stages: &[Stage]) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// Nobody can list all scenes; drawn ones find what a list forgets. Half of them must run to their end, or nothing was tried.
+/// Nobody can list all scenes; drawn ones find what a list forgets. Half of them must run to their end, or
+/// nothing was tried.
 #[test]
 fn random_scenes_end_in_a_time_reached_or_a_named_error() {
     let cases = std::env::var("PROPTEST_CASES").ok().and_then(|text| text.parse().ok()).unwrap_or(FEW);

@@ -1,7 +1,9 @@
-//! The cut itself: forces against the shear plane of least work, friction, feed, and what must never happen on the way.
+//! The cut itself: forces against the shear plane of least work, friction, feed, and what must never happen
+//! on the way.
 //!
-//! Most cuts run at spacing 2e-5 (7,500 points), in seconds; where that is too coarse for the bounds (the
-//! effect of friction and feed on the force, 1.29 and 1.53 there) three run at the 30,000 points of the reference.
+//! Most cuts run at spacing 2e-5 (7,500 points), in seconds; where that is too coarse for the bounds
+//! (the effect of friction and feed on the force, 1.29 and 1.53 there) three run at the 30,000 points of the
+//! reference.
 
 use std::collections::HashMap;
 use std::sync::{Mutex, OnceLock};
@@ -107,7 +109,8 @@ fn check_outputs(o: &Outputs, count: usize, (is_long, is_exact): (bool, bool), k
         o.balance_error
     );
     assert!(o.min_jacobian > 0.3, "{name}, {k} µs: a volume ratio of {}", o.min_jacobian);
-    // A window that is shorter than the workpiece leaves points at rest from the start, a longer one behind the tool.
+    // A window that is shorter than the workpiece leaves points at rest from the start, a longer one behind
+    // the tool.
     let active = o.active_points as usize;
     let all_there = match (is_exact, is_long) {
         (true, _) => active == count,
@@ -201,9 +204,9 @@ fn shear_plane(friction: f64, rake_degrees: f64, feed: f64) -> f64 {
     row.expect("a row of the reference")[10]
 }
 
-/// The shear plane of least work leaves out what bends the chip, accelerates it and makes bands, so it lies below a cut.
-/// How far depends on the spacing: 1.15 to 1.20 of it were seen at 30,000 points (results/reference_cut.csv), 1.28 to 1.38 at 7,500, where a
-/// shear band is as wide as the cells.
+/// The shear plane of least work leaves out what bends the chip, accelerates it and makes bands, so it lies
+/// below a cut. How far depends on the spacing: 1.15 to 1.20 of it were seen at 30,000 points
+/// (results/reference_cut.csv), 1.28 to 1.38 at 7,500, where a shear band is as wide as the cells.
 #[test]
 fn cutting_force_lies_above_the_shear_plane_of_least_work() {
     for (friction, rake) in [(0.0, 0.0), (0.0, 10.0), (0.2, 0.0), (0.2, 10.0)] {
@@ -233,8 +236,8 @@ fn cutting_force_lies_above_the_shear_plane_of_least_work() {
     }
 }
 
-/// All force on the tool comes from its rake face (sharp tool, clearance), so its direction is that of the normal turned by
-/// the friction angle: thrust / cutting = tan(atan μ − γ). ±0.04 is the acceptance.
+/// All force on the tool comes from its rake face (sharp tool, clearance), so its direction is that of the
+/// normal turned by the friction angle: thrust / cutting = tan(atan μ − γ). ±0.04 is the acceptance.
 #[test]
 fn the_force_is_inclined_by_friction_angle_less_rake() {
     for (friction, rake) in [(0.0_f64, 0.0_f64), (0.0, 10.0), (0.2, 0.0), (0.2, 10.0)] {
@@ -245,8 +248,8 @@ fn the_force_is_inclined_by_friction_angle_less_rake() {
     }
 }
 
-/// Friction on the rake face adds its own work and thickens the chip; 12 to 22 % for 0.2 is the acceptance;
-/// the shear plane gives 21.5 %.
+/// Friction on the rake face adds its own work and thickens the chip; 12 to 22 % for 0.2 is the issue's
+/// acceptance; the shear plane gives 21.5 %.
 #[test]
 fn friction_raises_the_cutting_force() {
     let ratio = forces(REFERENCE, 0.2, 0.0, 3e-4).cutting / forces(REFERENCE, 0.0, 0.0, 3e-4).cutting;
@@ -254,8 +257,8 @@ fn friction_raises_the_cutting_force() {
     assert!((1.12..1.22).contains(&ratio), "friction 0.2 raises the force by a factor of {ratio}");
 }
 
-/// Almost in proportion to the feed (5/3), a little less because a deeper cut strains more slowly; 1.55 to 1.72 is the
-/// issue's acceptance.
+/// Almost in proportion to the feed (5/3), a little less because a deeper cut strains more slowly; 1.55 to
+/// 1.72 is the acceptance.
 #[test]
 fn cutting_force_grows_with_the_feed() {
     let ratio = forces(REFERENCE, 0.0, 0.0, 5e-4).cutting / forces(REFERENCE, 0.0, 0.0, 3e-4).cutting;
@@ -270,17 +273,19 @@ fn the_reference_cut_takes_470_to_540_newtons_per_millimetre() {
     assert!((470.0..540.0).contains(&cutting), "cutting force {cutting} N/mm, thrust {thrust}");
 }
 
-/// Friction brings adiabatic shear bands into the reference chip: plastic strain rises and falls along it by a tenth. A
-/// scheme that dissipates too much smooths them away: a locking control that evened out every difference left 0.03.
+/// Friction brings adiabatic shear bands into the reference chip: plastic strain rises and falls along it by
+/// a tenth. A scheme that dissipates too much smooths them away: a locking control that evened out every
+/// difference left 0.03.
 #[test]
 fn the_reference_chip_has_shear_bands() {
     let bands = forces(REFERENCE, 0.2, 0.0, 3e-4).bands;
     assert!(bands > 0.06, "contrast of the shear bands {bands}");
 }
 
-/// What a level may change, over the exact run's: cutting force, thrust, mean strain and rise of temperature of the chip; of
-/// the thrust 1 % of the cutting force is always allowed. The bounds: 0.5 % of the force, 3 % of the thrust and 1 % of
-/// strain and temperature for `balanced`; 2 % and 6 % for `fast`, here with 2 % for the means.
+/// What a level may change, over the exact run's: cutting force, thrust, mean strain and rise of temperature
+/// of the chip; of the thrust 1 % of the cutting force is always allowed. The bounds: 0.5 % of the
+/// force, 3 % of the thrust and 1 % of strain and temperature for `balanced`; 2 % and 6 % for `fast`, here
+/// with 2 % for the means.
 const BOUNDS: [(Speed, [f64; 3]); 2] =
     [(Speed::Balanced, [0.005, 0.03, 0.01]), (Speed::Fast, [0.02, 0.06, 0.02])];
 
@@ -298,8 +303,9 @@ impl Forces {
     }
 }
 
-/// Without friction runs do not scatter, so each is judged by itself. At 30,000 points a window of 2.25 feeds with the mass scaling of
-/// `fast` took another history, with a force 3 % lower: a fragment stayed under the flank.
+/// Without friction runs do not scatter, so each is judged by itself. At 30,000 points a window of 2.25 feeds
+/// with the mass scaling of `fast` took another history, with a force 3 % lower: a fragment stayed under the
+/// flank.
 #[test]
 fn levels_keep_what_they_promise_without_friction() {
     for (spacing, rake, feed) in
@@ -317,8 +323,9 @@ fn levels_keep_what_they_promise_without_friction() {
     }
 }
 
-/// With friction a point or two stick to the tool next to its edge, and which ones hangs on rounding (book, contact): the
-/// chip's mean strain scatters by half a percent. So means over runs with slightly smaller time steps are compared.
+/// With friction a point or two stick to the tool next to its edge, and which ones hangs on rounding (book,
+/// contact): the chip's mean strain scatters by half a percent. So means over runs with slightly smaller time
+/// steps are compared.
 #[test]
 fn levels_keep_what_they_promise_with_friction() {
     let one = |speed, factor| {

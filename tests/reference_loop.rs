@@ -1,4 +1,5 @@
-//! The fast kernels against the plain loop (`common/reference_loop.rs`), in every instruction set of this processor.
+//! The fast kernels against the plain loop (`common/reference_loop.rs`), in every instruction set of this
+//! processor.
 
 mod common;
 #[path = "common/reference_loop.rs"]
@@ -43,9 +44,9 @@ fn scene() -> (Lattice, RigidTool) {
     (lattice, RigidTool { shape, position, velocity: [0.0; 2], friction: 0.0 })
 }
 
-/// What is compared of a run, as numbers of order one: each point's position in cells, velocity over the tool's, volume
-/// ratio, Cauchy stress over the yield stress, plastic strain and temperature over the initial one; the tool's impulse
-/// over that of a block of the uncut chip's size.
+/// What is compared of a run, as numbers of order one: each point's position in cells, velocity over the
+/// tool's, volume ratio, Cauchy stress over the yield stress, plastic strain and temperature over the initial
+/// one; the tool's impulse over that of a block of the uncut chip's size.
 type Numbers = Vec<f64>;
 
 fn scaled_impulse(impulse: [f64; 2]) -> [f64; 2] {
@@ -61,7 +62,8 @@ fn fast(set: InstructionSet) -> Numbers {
     // The plain loop has no contact but this one, on nodes.
     solver.contact = Box::new(NodesInside::default());
     let (mut sorts, mut travel) = (0, 0.0);
-    // The plain loop has no limit on stray velocities, which is tried in tests/strays.rs: never look for them.
+    // The plain loop has no limit on stray velocities, which is tried in tests/strays.rs: never look for
+    // them.
     solver.progress.travel_unseen = f64::NEG_INFINITY;
     for _ in 0..SUBSTEPS {
         solver.step(&DRIVE, false).expect("a stable cut");
@@ -122,9 +124,10 @@ fn largest_difference(a: &Numbers, b: &Numbers) -> f64 {
 
 /// How far apart two right programs may be after the cut.
 ///
-/// Each substep rounds every number a few times, and a cut amplifies what it is given. The plain loop measures by how
-/// much: its points start off by the rounding of a position in the domain (30 cells times machine epsilon). The
-/// roundings of different substeps are independent, so together they count as the root of their number times that.
+/// Each substep rounds every number a few times, and a cut amplifies what it is given. The plain loop
+/// measures by how much: its points start off by the rounding of a position in the domain (30 cells times
+/// machine epsilon). The roundings of different substeps are independent, so together they count as the root
+/// of their number times that.
 fn tolerance(undisturbed: &Numbers) -> f64 {
     let response = largest_difference(undisturbed, &plain(30.0 * f64::EPSILON));
     let tolerance = response * (SUBSTEPS as f64).sqrt();

@@ -25,7 +25,8 @@ fn material() -> Constants {
     Constants { poissons_ratio: RATIO, ..constants() }
 }
 
-/// GIMP's weight of a node at `distance` (cells) from a point, two points per edge: the paper's eq. 13 with half a cell for a point.
+/// GIMP's weight of a node at `distance` (cells) from a point, two points per edge: the paper's eq. 13 with
+/// half a cell for a point.
 fn weight(distance: f64) -> f64 {
     let (r, a) = (distance.abs(), 0.25);
     if r < a {
@@ -39,8 +40,8 @@ fn weight(distance: f64) -> f64 {
     }
 }
 
-/// m_ij = Σ_p m_p w_ip w_jp, summed point by point, for points that have moved from where they were sorted, in every instruction
-/// set.
+/// m_ij = Σ_p m_p w_ip w_jp, summed point by point, for points that have moved from where they were sorted,
+/// in every instruction set.
 #[test]
 fn nodes_share_the_mass_of_the_points_between_them() {
     const SIZE: [usize; 2] = [40, 60];
@@ -159,10 +160,11 @@ fn vibrate(size: [usize; 2], courant: f64) -> Vibration {
     vibration
 }
 
-/// The limit is twice that of plain increments, whole blocks hold there, and past it the watch on the energy ends the run.
+/// The limit is twice that of plain increments, whole blocks hold there, and past it the watch on the energy
+/// ends the run.
 ///
-/// Energy that is measured between substeps swings by a few percent at such lengths (5 % are allowed, as in the hard cases), but
-/// does not grow.
+/// Energy that is measured between substeps swings by a few percent at such lengths (5 % are allowed, as in
+/// the hard cases), but does not grow.
 #[test]
 fn blocks_hold_at_twice_the_courant_number() {
     let limit = |size: [usize; 2], smoothed| {
@@ -210,7 +212,8 @@ fn advance(session: &mut Session, end: f64) {
     }
 }
 
-/// Half the substeps, and a cut that is the same: force within 1 %, thrust within 3 %, temperature of the chip within 1 %.
+/// Half the substeps, and a cut that is the same: force within 1 %, thrust within 3 %, temperature of the
+/// chip within 1 %.
 #[test]
 fn a_cut_takes_half_the_substeps() {
     let [plain, smoothed] = std::thread::scope(|scope| {

@@ -1,4 +1,5 @@
-//! Sima and Özel's law at one material point: against an independent integration, and its returns under any constants.
+//! Sima and Özel's law at one material point: against an independent integration, and its returns under any
+//! constants.
 
 mod common;
 
@@ -39,8 +40,8 @@ fn still(c: &Constants, strain: f64, temperature: f64) -> f64 {
     hardened * (1.0 - homologous.powf(c.thermal_exponent)) * (share + (1.0 - share) * tanh)
 }
 
-/// Stress (Pa), plastic strain (-) and temperature (K) at total equivalent strains, by Runge and Kutta's fourth-order
-/// method on dq/dt = 3μ (D − ε̄̇), ε̄̇ = ε̇₀ exp((q/Y − 1)/C), dT/dt = β q ε̄̇/(ρ c).
+/// Stress (Pa), plastic strain (-) and temperature (K) at total equivalent strains, by Runge and Kutta's
+/// fourth-order method on dq/dt = 3μ (D − ε̄̇), ε̄̇ = ε̇₀ exp((q/Y − 1)/C), dT/dt = β q ε̄̇/(ρ c).
 fn integrated(c: &Constants, rate: f64, strains: &[f64]) -> Vec<[f64; 3]> {
     let three_mu = 1.5 * c.youngs_modulus / (1.0 + c.poissons_ratio);
     let slope = |[q, strain, temperature]: [f64; 3]| {
@@ -80,7 +81,8 @@ fn fresh(model: &Titanium) -> Point {
     state
 }
 
-/// Largest relative errors of stress and temperature in plane-strain compression at `rate` (1/s), in steps of `step`.
+/// Largest relative errors of stress and temperature in plane-strain compression at `rate` (1/s), in steps of
+/// `step`.
 fn errors(rate: f64, step: f64) -> [f64; 2] {
     const STRAINS: [f64; 7] = [0.05, 0.1, 0.2, 0.5, 0.8, 1.2, 1.6];
     let c = titanium();
@@ -107,8 +109,8 @@ fn errors(rate: f64, step: f64) -> [f64; 2] {
     worst
 }
 
-/// The continuous equations have one solution. The scheme is of first order, so the bound is for steps of 1e-4 and the
-/// error halves with them; nothing is shared with the integration but the constants.
+/// The continuous equations have one solution. The scheme is of first order, so the bound is for steps of
+/// 1e-4 and the error halves with them; nothing is shared with the integration but the constants.
 #[test]
 fn a_softening_point_follows_the_continuous_equations() {
     for rate in [1e3, 1e5, 1e7] {
@@ -119,8 +121,9 @@ fn a_softening_point_follows_the_continuous_equations() {
     }
 }
 
-/// A bracket needs continuity and two signs, not a falling function: also where the law loses strength faster than 3μ, as
-/// a soft elasticity and wild constants make it, the return ends on the yield surface of its own strain and temperature.
+/// A bracket needs continuity and two signs, not a falling function: also where the law loses strength faster
+/// than 3μ, as a soft elasticity and wild constants make it, the return ends on the yield surface of its own
+/// strain and temperature.
 #[test]
 fn softening_returns_end_on_the_yield_surface() {
     let mut random = Random(2010);
@@ -179,8 +182,8 @@ fn softening_returns_end_on_the_yield_surface() {
             // Steeper than 3μ: f rises somewhere on the way.
             let way: Vec<f64> = (1..=40).map(|k| f(trials[lane] / three_mu * f64::from(k) / 40.0)).collect();
             steep += i32::from(way.windows(2).any(|pair| pair[1] > pair[0]));
-            // Only ε̄ + x is stored: f may change sign anywhere within its rounding; elsewhere |f| is the solver's
-            // tolerance of 1e-12 and the rounding of the law's powers.
+            // Only ε̄ + x is stored: f may change sign anywhere within its rounding; elsewhere |f| is the
+            // solver's tolerance of 1e-12 and the rounding of the law's powers.
             let lost = 4.0 * f64::EPSILON * after.max(before);
             let (low, high) = (f((x - lost).max(0.0)), f(x + lost));
             let bound = 1e-10 * trials[lane];

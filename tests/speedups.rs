@@ -1,7 +1,7 @@
 //! The levers of `numerics.speed`: what each may change in a cut, and what each must keep.
 //!
-//! What the levels together keep is tested beside the reference cut itself (`reference_cut.rs`); `book/src/evidence/performance.md` has
-//! more frictions, feeds and rakes.
+//! What the levels together keep is tested beside the reference cut itself (`reference_cut.rs`);
+//! `book/src/evidence/performance.md` has more frictions, feeds and rakes.
 
 use std::collections::HashMap;
 use swarf::scene::{Inputs, Precision, Scene};
@@ -53,9 +53,9 @@ fn cut(scene: &Scene) -> Cut {
     cut
 }
 
-/// The chip of a heavier material carries more momentum away: 1.2 (s − 1) ρ v² t per width. The bound of 25 % is a percent
-/// of the force. With s = 4 the substeps are half as many. Without a window: with one of 4 feeds the scaled cut takes
-/// another, cheaper shape of chip (book, performance).
+/// The chip of a heavier material carries more momentum away: 1.2 (s − 1) ρ v² t per width. The bound of 25 %
+/// is a percent of the force. With s = 4 the substeps are half as many. Without a window: with one of 4 feeds
+/// the scaled cut takes another, cheaper shape of chip (book, performance).
 #[test]
 fn scaled_mass_adds_the_momentum_it_should() {
     let mut scene = scene(1e-5, 0.0);
@@ -72,8 +72,8 @@ fn scaled_mass_adds_the_momentum_it_should() {
     assert!((1.9..2.05).contains(&ratio), "{ratio} times fewer substeps");
 }
 
-/// The guard on stray velocities lets those pass that it would let pass without scaling. With the limit of the scaled density it brought
-/// back 1,221 here, which drags on the tool's face.
+/// The guard on stray velocities lets those pass that it would let pass without scaling. With the limit of
+/// the scaled density it brought back 1,221 here, which drags on the tool's face.
 #[test]
 fn scaled_mass_does_not_lower_the_limit_of_strays() {
     let mut scene = scene(2e-5, 0.6);
@@ -99,11 +99,12 @@ fn a_window_of_four_feeds_holds_a_third_of_the_points() {
     assert!((active / expected - 1.0).abs() < 0.05, "{active} points instead of {expected}");
 }
 
-/// The chip's tail goes about where it would have gone, and the force is the same within half a percent. Without friction, where runs
-/// do not scatter.
+/// The chip's tail goes about where it would have gone, and the force is the same within half a percent.
+/// Without friction, where runs do not scatter.
 ///
-/// A chip that swings no tail around curls a little tighter: the tail ends 0.12 mm (3 cells) from where it ends in the cut that
-/// integrates all of the chip. Turned the other way it would be 0.7 mm off, left where it joined 1.3 mm.
+/// A chip that swings no tail around curls a little tighter: the tail ends 0.12 mm (3 cells) from where it
+/// ends in the cut that integrates all of the chip. Turned the other way it would be 0.7 mm off, left where
+/// it joined 1.3 mm.
 #[test]
 fn the_tail_goes_on_as_it_would_have() {
     let mut scene = scene(2e-5, 0.0);
@@ -177,8 +178,8 @@ fn too_short_a_chip_is_refused() {
     assert!(error.contains("numerics.active_chip = 1.2 is below 2 feeds"), "{error}");
 }
 
-/// Automatic scaling follows a tool that slows down, and the ledger holds the kinetic energy that this moves. A saved
-/// state goes on with the same bits.
+/// Automatic scaling follows a tool that slows down, and the ledger holds the kinetic energy that this moves.
+/// A saved state goes on with the same bits.
 #[test]
 fn automatic_scaling_follows_the_speed() {
     let mut scene = scene(2e-5, 0.2);

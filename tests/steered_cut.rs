@@ -1,4 +1,5 @@
-//! Inputs that change during a cut: feed at its limited rate and along a ramp, friction switched on, the tool reversed.
+//! Inputs that change during a cut: feed at its limited rate and along a ramp, friction switched on, the tool
+//! reversed.
 
 use swarf::scene::{Inputs, Scene};
 use swarf::session::Session;
@@ -17,8 +18,8 @@ fn cutting(scene: &Scene) -> Session {
     session
 }
 
-/// A jump of the feed moves the tool at `tool.feed_rate_limit`, over as many communication steps as that takes, and
-/// stops at the new feed. Rounding of some thousand substeps, and one substep's way at the end.
+/// A jump of the feed moves the tool at `tool.feed_rate_limit`, over as many communication steps as that
+/// takes, and stops at the new feed. Rounding of some thousand substeps, and one substep's way at the end.
 #[test]
 fn a_jump_of_the_feed_is_limited_in_rate() {
     let mut scene = scene(2e-5, 0.0, 0.0, 3e-4);
@@ -43,8 +44,8 @@ fn a_jump_of_the_feed_is_limited_in_rate() {
     assert!(rest.abs() < 1e-12, "the tool stopped {rest} m from the new feed");
 }
 
-/// With an input derivative the tool follows the ramp exactly, however steep: at its own clock the tip is where the input
-/// is. Rounding of the sum over some hundred substeps.
+/// With an input derivative the tool follows the ramp exactly, however steep: at its own clock the tip is
+/// where the input is. Rounding of the sum over some hundred substeps.
 #[test]
 fn a_ramp_of_the_feed_is_followed_exactly() {
     let scene = scene(2e-5, 0.0, 0.0, 3e-4);
@@ -53,7 +54,8 @@ fn a_ramp_of_the_feed_is_followed_exactly() {
     for (k, slope) in [(0, 15.0), (1, -15.0), (2, 4.0)] {
         let feed = 1e-3 - session.outputs().tool_position_y;
         let x = session.outputs().tool_position_x;
-        // The tool stands at the solver's clock, which runs ahead of the communication point: the input counts there.
+        // The tool stands at the solver's clock, which runs ahead of the communication point: the input
+        // counts there.
         let (begin, clock) = (session.time(), session.point_fields().time);
         let feed_now = feed - slope * (clock - begin);
         let inputs = Inputs { feed: feed_now, ..scene.inputs };
@@ -66,7 +68,8 @@ fn a_ramp_of_the_feed_is_followed_exactly() {
             (down - expected).abs() < 1e-12,
             "slope {slope} m/s: the tip went {down} m down instead of {expected} m"
         );
-        // The speed is that at the start of each substep: half a substep's acceleration less than the integral.
+        // The speed is that at the start of each substep: half a substep's acceleration less than the
+        // integral.
         let (a, b) = (clock - begin, end - begin);
         let way = SPEED * (end - clock) + 1e6 * (b * b - a * a);
         let lag = 1e6 * o.time_step * (end - clock);
@@ -78,7 +81,8 @@ fn a_ramp_of_the_feed_is_followed_exactly() {
     }
 }
 
-/// Friction may change at any communication point: the force goes over to the one with friction, and friction work starts.
+/// Friction may change at any communication point: the force goes over to the one with friction, and friction
+/// work starts.
 #[test]
 fn friction_can_be_switched_on_the_way() {
     let scene = scene(2e-5, 0.0, 0.0, 3e-4);
@@ -102,8 +106,8 @@ fn friction_can_be_switched_on_the_way() {
     assert!(thrust[0].abs() < 0.04 && (thrust[1] - 0.2).abs() < 0.06, "thrust over cutting: {thrust:?}");
 }
 
-/// A tool that goes back loses the chip at once; its flank rubs over the surface, which has sprung back above its tip, until
-/// it has left where it came in. Every force on the way is against the motion.
+/// A tool that goes back loses the chip at once; its flank rubs over the surface, which has sprung back above
+/// its tip, until it has left where it came in. Every force on the way is against the motion.
 #[test]
 fn a_reversed_tool_leaves_the_workpiece() {
     let scene = scene(2e-5, 0.2, 0.0, 3e-4);

@@ -52,7 +52,8 @@ fn sound_cuts_need_no_retry() {
     }
 }
 
-/// An impact near the speed of sound breaks the bound on the volume; the substep is solved again, and counted.
+/// An impact near the speed of sound breaks the bound on the volume; the substep is solved again, and
+/// counted.
 #[test]
 fn a_hit_near_the_speed_of_sound_is_retried() {
     let outcome = retries(&soft_scene(450.0), 3e-4);
@@ -63,8 +64,8 @@ fn a_hit_near_the_speed_of_sound_is_retried() {
     }
 }
 
-/// Courant numbers above the limit let the scheme feed itself while the force looks right. They are refused, and the watch
-/// sees a run that got past.
+/// Courant numbers above the limit let the scheme feed itself while the force looks right. They are refused,
+/// and the watch sees a run that got past.
 #[test]
 fn a_scheme_that_feeds_itself_is_stopped() {
     let mut scene = scene(50.0);
@@ -89,7 +90,8 @@ fn a_scheme_that_feeds_itself_is_stopped() {
     assert!(error.contains("became unstable"), "{error}");
 }
 
-/// A number that was not set by hand follows the material: at Poisson's ratio 0.48 the default of 0.5 would be too large.
+/// A number that was not set by hand follows the material: at Poisson's ratio 0.48 the default of 0.5 would
+/// be too large.
 #[test]
 fn the_time_step_is_that_of_the_material() {
     let mut scene = scene(50.0);

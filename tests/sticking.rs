@@ -17,7 +17,8 @@ use swarf::study::body_setup::{BodySetup, Steel, lattice, never_yielding};
 use swarf::tool::RigidTool;
 use swarf::tool::profile::ToolShape;
 
-/// An elastic body whose surface shears at a strength of its own, so that only the contact can limit the traction.
+/// An elastic body whose surface shears at a strength of its own, so that only the contact can limit the
+/// traction.
 #[derive(Clone)]
 struct WeakSurface {
     body: Steel,
@@ -100,8 +101,9 @@ struct Tractions {
 
 /// Presses a block on a wall at `degrees` to the grid, that moves along itself, and measures while it slides.
 ///
-/// The load grows over 0.1 s, fifteen periods of the block's vibration; the means are taken over 0.1 s after that. A pull that
-/// would hold the block against the traction expected, and whose resultant lies in the wall, keeps it from rocking.
+/// The load grows over 0.1 s, fifteen periods of the block's vibration; the means are taken over 0.1 s after
+/// that. A pull that would hold the block against the traction expected, and whose resultant lies in the
+/// wall, keeps it from rocking.
 fn drag(strength: f64, degrees: f64, cell: f64) -> Tractions {
     const RAMP: f64 = 0.1;
     const SPEED: f64 = 2.0;
@@ -155,9 +157,9 @@ fn drag(strength: f64, degrees: f64, cell: f64) -> Tractions {
     }
 }
 
-/// With low pressure the traction is Coulomb's, with high pressure the shear strength, and the contact is as long as the
-/// block: within 1e-3, for a vibration that has not quite died down and a block that the pressure makes longer by ν (1 + ν) p/E,
-/// 1.6e-4. Everything slides under Coulomb's law or everything is capped.
+/// With low pressure the traction is Coulomb's, with high pressure the shear strength, and the contact is as
+/// long as the block: within 1e-3, for a vibration that has not quite died down and a block that the pressure
+/// makes longer by ν (1 + ν) p/E, 1.6e-4. Everything slides under Coulomb's law or everything is capped.
 #[test]
 fn friction_is_the_smaller_of_coulombs_and_the_strength() {
     for degrees in [0.0, 17.0] {
@@ -175,9 +177,10 @@ fn friction_is_the_smaller_of_coulombs_and_the_strength() {
     }
 }
 
-/// A block of 8 by 10 (by 4) cells hits an upright wall obliquely: its weak surface drags with strength times its face when it is
-/// pressed all over, and never with more. In space strips across z add up to the face. Within 2 %: the face grows by 0.3 %, and
-/// sweeps that end at 1e-5 of the fastest speed leave up to 1 % of this drag, a tenth of the pressure.
+/// A block of 8 by 10 (by 4) cells hits an upright wall obliquely: its weak surface drags with strength times
+/// its face when it is pressed all over, and never with more. In space strips across z add up to the face.
+/// Within 2 %: the face grows by 0.3 %, and sweeps that end at 1e-5 of the fastest speed leave up to 1 % of
+/// this drag, a tenth of the pressure.
 fn hits_a_wall<D: Dimension>(name: &str) {
     const CELL: f64 = 2e-5;
     const STRENGTH: f64 = 1e8;
@@ -220,8 +223,8 @@ fn the_drag_is_strength_times_face_in_the_plane_and_in_space() {
     hits_a_wall::<ThreeDimensional>("three dimensions");
 }
 
-/// The flow stress that caps friction is A at the start, and the stress at which a point yields when it does, rate and
-/// heat included; per present area, as tractions are.
+/// The flow stress that caps friction is A at the start, and the stress at which a point yields when it does,
+/// rate and heat included; per present area, as tractions are.
 #[test]
 fn the_flow_stress_is_that_of_the_yielding_point() {
     let constants = steel_4340();
@@ -257,8 +260,8 @@ fn cut(friction: f64, change: impl Fn(&mut Scene)) -> Session {
     session
 }
 
-/// Strong friction is capped: part of the contact sticks, the force falls and friction works less; the ledger stays closed (1 %, the issue's
-/// bound). Without friction nothing sticks.
+/// Strong friction is capped: part of the contact sticks, the force falls and friction works less; the ledger
+/// stays closed (1 %, the bound). Without friction nothing sticks.
 #[test]
 fn strong_friction_is_capped_in_a_cut() {
     let sticking = |scene: &mut Scene| scene.effects.sticking = true;

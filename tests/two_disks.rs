@@ -2,9 +2,10 @@
 
 use swarf::study::verification::disks::{Settings, run, run_affine};
 
-/// All forces are internal, so momentum stays zero: 1e-13 of Σ m |v| is the bound. The material dissipates nothing;
-/// 1 % of energy lost is the bound, kept on this grid with four by four points per cell and a Courant number of 0.1
-/// until the disks have parted (the free flight before they meet is left out, it loses nothing).
+/// All forces are internal, so momentum stays zero: 1e-13 of Σ m |v| is the bound. The material
+/// dissipates nothing; 1 % of energy lost is the bound, kept on this grid with four by four points
+/// per cell and a Courant number of 0.1 until the disks have parted (the free flight before they meet is left
+/// out, it loses nothing).
 #[test]
 fn colliding_disks_keep_momentum_and_nearly_all_energy() {
     let outcome = run(Settings { per_edge: 4, cells: 60, courant: 0.1, from: 1.35, end: 2.6 });
@@ -29,7 +30,8 @@ fn the_loss_falls_with_the_cell() {
     assert!(losses[1] > 0.0 && losses[1] < 0.65 * losses[0], "losses {losses:?}");
 }
 
-/// The affine transfer keeps momentum too, and loses more energy than FLIP, as its points take the grid's filtered velocity.
+/// The affine transfer keeps momentum too, and loses more energy than FLIP, as its points take the grid's
+/// filtered velocity.
 #[test]
 fn the_affine_transfer_keeps_momentum_and_loses_more_energy() {
     let settings = Settings { per_edge: 2, cells: 40, courant: 0.1, from: 1.35, end: 2.6 };

@@ -15,8 +15,8 @@ fn check(name: &str, outcome: &Outcome, bound: f64) {
     assert!(outcome.energy_drift.abs() < bound, "{name}: energy drifts by {:e}", outcome.energy_drift);
 }
 
-/// The bar's period is 4 L √(ρ/E), strains stay below 2e-5; 0.1 % at 32 cells, and of energy over ten periods, are the
-/// issue's acceptance.
+/// The bar's period is 4 L √(ρ/E), strains stay below 2e-5; 0.1 % at 32 cells, and of energy over ten
+/// periods, are the acceptance.
 #[test]
 fn period_and_energy_are_within_one_per_mille_at_32_cells() {
     // Its source: reference/analytic_reference.json, vibrating_bar_fixed_free.
@@ -26,8 +26,8 @@ fn period_and_energy_are_within_one_per_mille_at_32_cells() {
     check("linear", &run(Bar::Held, 32, Linear), 1e-3);
 }
 
-/// Physics does not know the grid's frame: two bars joined at their held ends vibrate the same while they fly across some
-/// forty cells.
+/// Physics does not know the grid's frame: two bars joined at their held ends vibrate the same while they fly
+/// across some forty cells.
 #[test]
 fn a_flying_bar_vibrates_like_a_held_one() {
     let outcome = run(Bar::Flying([160.0, 70.0]), 32, Gimp::new(2));

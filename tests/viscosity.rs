@@ -4,8 +4,9 @@ use swarf::material::viscosity::Viscous;
 use swarf::study::body_setup::steel;
 use swarf::study::verification::piston::{Outcome, Piston, SPEED, run, run_with};
 
-/// By how much the compressive stress exceeds its plateau at most, over the half of the way from the piston to the plastic
-/// front that is nearer to the front (-): what the start left at the piston's face is another matter.
+/// By how much the compressive stress exceeds its plateau at most, over the half of the way from the piston
+/// to the plastic front that is nearer to the front (-): what the start left at the piston's face is another
+/// matter.
 fn overshoot(outcome: &Outcome) -> f64 {
     let front = outcome.fronts[1] / outcome.exact.plastic_front;
     assert!((front - 1.0).abs() < 0.02, "the plastic front is off: {front}");
@@ -14,8 +15,8 @@ fn overshoot(outcome: &Outcome) -> f64 {
     behind.map(|layer| layer[2]).fold(0.0, f64::max) / outcome.exact.plateau - 1.0
 }
 
-/// Pressure that grows with the rate of compression damps what a front leaves behind it, exchanges momentum inside the
-/// body only, and takes its energy into an entry of its own.
+/// Pressure that grows with the rate of compression damps what a front leaves behind it, exchanges momentum
+/// inside the body only, and takes its energy into an entry of its own.
 #[test]
 fn viscosity_calms_the_shock_and_closes_the_ledger() {
     for cells in [200, 400] {
@@ -37,8 +38,9 @@ fn viscosity_calms_the_shock_and_closes_the_ledger() {
         assert!(after < 0.7 * before, "overshoot {before} became {after}");
         assert_eq!(plain.viscous_work, 0.0);
         assert!(viscous.viscous_work > 0.0, "viscous work {}", viscous.viscous_work);
-        // Bound of the piston's momentum as without viscosity; a ledger of these runs closes to rounding and to the
-        // difference between the work of the mean stress and the energy taken up (tests/material_point.rs, 1e-3).
+        // Bound of the piston's momentum as without viscosity; a ledger of these runs closes to rounding and
+        // to the difference between the work of the mean stress and the energy taken up
+        // (tests/material_point.rs, 1e-3).
         assert!(viscous.momentum_error < 1e-10, "momentum less impulse {:e}", viscous.momentum_error);
         assert!(viscous.imbalance.abs() < 1e-3, "imbalance {:e}", viscous.imbalance);
         let plateau = viscous.plateau / viscous.exact.plateau - 1.0;

@@ -30,8 +30,8 @@ fn fresh<R: Real>(model: &Model<R>) -> Point<R> {
     state
 }
 
-/// One update of all points of a block by the same gradient, in any precision; gives the first point's plastic work per
-/// volume (J/m3).
+/// One update of all points of a block by the same gradient, in any precision; gives the first point's
+/// plastic work per volume (J/m3).
 struct Update<'a, R: Real> {
     model: &'a Model<R>,
     state: &'a mut Point<R>,
@@ -91,8 +91,8 @@ fn flow_stress(c: &Constants, strain: f64, rate: f64, temperature: f64) -> f64 {
     solid(c, temperature) * (z.c0 + z.c1 * exponent.exp() + z.c5 * strain.powf(z.n))
 }
 
-/// Stress (Pa), plastic strain (-) and temperature (K) at total equivalent strains, by Runge and Kutta's fourth-order
-/// method on dq/dt = 3μ (D − ε̄̇), the law solved for ε̄̇, and dT/dt = β q ε̄̇/(ρ c).
+/// Stress (Pa), plastic strain (-) and temperature (K) at total equivalent strains, by Runge and Kutta's
+/// fourth-order method on dq/dt = 3μ (D − ε̄̇), the law solved for ε̄̇, and dT/dt = β q ε̄̇/(ρ c).
 fn integrated(c: &Constants, rate: f64, strains: &[f64]) -> Vec<[f64; 3]> {
     let z = &c.zerilli_armstrong;
     let three_mu = 1.5 * c.youngs_modulus / (1.0 + c.poissons_ratio);
@@ -132,7 +132,8 @@ fn compression(step: f64) -> [[f64; 2]; 2] {
     [[(-half).exp_m1(), 0.0], [0.0, half.exp_m1()]]
 }
 
-/// Largest relative errors of stress and temperature in plane-strain compression at `rate` (1/s), in steps of `step`.
+/// Largest relative errors of stress and temperature in plane-strain compression at `rate` (1/s), in steps of
+/// `step`.
 fn errors(rate: f64, step: f64) -> [f64; 2] {
     const STRAINS: [f64; 7] = [0.05, 0.1, 0.2, 0.5, 0.8, 1.2, 1.6];
     let c = steel();
@@ -151,8 +152,8 @@ fn errors(rate: f64, step: f64) -> [f64; 2] {
     worst
 }
 
-/// The continuous equations have one solution. The scheme is of first order, so the bound is for steps of 1e-4 and the
-/// error halves with them; nothing is shared with the integration but the constants.
+/// The continuous equations have one solution. The scheme is of first order, so the bound is for steps of
+/// 1e-4 and the error halves with them; nothing is shared with the integration but the constants.
 #[test]
 fn an_adiabatic_point_follows_the_continuous_equations() {
     for rate in [1e2, 1e3, 1e5, 1e7] {
@@ -171,8 +172,8 @@ fn turned(h: [[f64; 2]; 2], angle: f64) -> [[f64; 2]; 2] {
     })
 }
 
-/// A point that is strained, turned and strained again along turned axes carries the turned stress of one that was not
-/// turned on the way: neither law nor return knows of axes.
+/// A point that is strained, turned and strained again along turned axes carries the turned stress of one
+/// that was not turned on the way: neither law nor return knows of axes.
 #[test]
 fn a_path_that_is_turned_gives_the_same_stress() {
     let c = steel();
@@ -225,8 +226,9 @@ fn single_precision_agrees_within_rounding() {
     assert!(stress.abs() < bound && temperature.abs() < bound, "off by {stress:e}, {temperature:e}");
 }
 
-/// From first yield on, for any state, step and constants, the returned stress lies on the flow stress of the new strain,
-/// rate and temperature: at 1/s, at melting and where no rate strengthens further the law has kinks.
+/// From first yield on, for any state, step and constants, the returned stress lies on the flow stress of the
+/// new strain, rate and temperature: at 1/s, at melting and where no rate strengthens further the law has
+/// kinks.
 #[test]
 fn every_return_ends_on_the_yield_surface() {
     let mut random = Random(1987);
@@ -268,8 +270,9 @@ fn every_return_ends_on_the_yield_surface() {
             let flow = |x: f64| flow_stress(&c, before + x, x / dt, temperature(x));
             let f = |x: f64| trial - three_mu * x - flow(x);
             returns += 1;
-            // Only ε̄ + x is stored: f may change sign anywhere within its rounding; elsewhere |f| is the solver's
-            // tolerance of 1e-12, the rounding of the law's powers and that of a temperature next to melting.
+            // Only ε̄ + x is stored: f may change sign anywhere within its rounding; elsewhere |f| is the
+            // solver's tolerance of 1e-12, the rounding of the law's powers and that of a temperature next to
+            // melting.
             let lost = 4.0 * f64::EPSILON * after.max(before);
             let (low, high) = (f((x - lost).max(0.0)), f(x + lost));
             let bound = 1e-10 * trial;
@@ -323,8 +326,8 @@ fn plastic_work(scene: &Scene, end: f64) -> f64 {
     outputs.plastic_work
 }
 
-/// Both laws of the material cut with about the same work in the plane, as their stresses agree where they were measured; in
-/// single precision the work is the same but for rounding.
+/// Both laws of the material cut with about the same work in the plane, as their stresses agree where they
+/// were measured; in single precision the work is the same but for rounding.
 #[test]
 fn a_cut_takes_about_the_work_of_the_other_law() {
     let coupled = plastic_work(&scene(), 1.5e-5);

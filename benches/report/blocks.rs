@@ -1,5 +1,5 @@
-//! Blocks of steel with a band that shears and yields from the first substep on: the same state at every size, for what
-//! is measured without a whole cut.
+//! Blocks of steel with a band that shears and yields from the first substep on: the same state at every
+//! size, for what is measured without a whole cut.
 
 use crate::common::{BlockIn, Lattice, StateIn, steel_4340};
 use crate::plain::ReferenceLoop;
@@ -35,8 +35,8 @@ pub fn scene(cells: [i32; 3]) -> (Lattice, RigidTool) {
     (lattice, RigidTool { shape, position, velocity: [0.0; 2], friction: 0.2 })
 }
 
-/// Vertical velocity (m/s) and shear stress (Pa) at `x` (m): the stress is the shear yield stress everywhere, hence
-/// balanced, and only the band in the middle, that share of the length, shears on.
+/// Vertical velocity (m/s) and shear stress (Pa) at `x` (m): the stress is the shear yield stress everywhere,
+/// hence balanced, and only the band in the middle, that share of the length, shears on.
 fn state_at(x: f64, length: f64, band: f64) -> (f64, f64) {
     let into_band = (x - 0.5 * (1.0 - band) * length).clamp(0.0, band * length);
     (RATE * into_band, steel_4340().yield_stress / 3.0_f64.sqrt())
@@ -47,8 +47,8 @@ pub fn sheared<R: Real, D: Dimension>(cells: [i32; 3]) -> BlockIn<R, D, Gimp<R>>
     block(cells, 1.0, BAND)
 }
 
-/// The block with some share of the sheared one's velocity and stress, and a band that takes so much of its length; with no
-/// share it rests and nothing yields.
+/// The block with some share of the sheared one's velocity and stress, and a band that takes so much of its
+/// length; with no share it rests and nothing yields.
 pub fn block<R: Real, D: Dimension>(cells: [i32; 3], share: f64, band: f64) -> BlockIn<R, D, Gimp<R>> {
     let (mut lattice, tool) = scene(cells);
     if D::AXES == 2 {

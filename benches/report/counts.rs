@@ -1,5 +1,5 @@
-//! Single kernels, run a given number of times, for callgrind: the difference between two numbers of times is free of
-//! everything else.
+//! Single kernels, run a given number of times, for callgrind: the difference between two numbers of times is
+//! free of everything else.
 
 use crate::blocks::{DRIVE, sheared};
 use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
@@ -11,7 +11,8 @@ use swarf::stabilization::volumetric_locking::LockingControl;
 const FLAT: [i32; 3] = [75, 25, 1];
 const DEEP: [i32; 3] = [12, 9, 8];
 
-/// Runs the kernel `name` that often; prints its points and the instruction set, for the reader of the counts.
+/// Runs the kernel `name` that often; prints its points and the instruction set, for the reader of the
+/// counts.
 ///
 /// # Errors
 /// A name that is not known.

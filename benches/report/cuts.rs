@@ -1,4 +1,5 @@
-//! Whole cuts: CPU seconds, forces once the chip has settled, and the chip, for comparing one way to compute with another.
+//! Whole cuts: CPU seconds, forces once the chip has settled, and the chip, for comparing one way to compute
+//! with another.
 
 use cpu_time::ProcessTime;
 use serde_json::{Value, json};
@@ -38,7 +39,8 @@ pub struct Numbers {
     /// Mean plastic strain of the chip (-), and its mean temperature (K).
     strain: f64,
     temperature: f64,
-    /// Points of the chip that heat has left next to no strength, and the mean plastic strain of the others (-).
+    /// Points of the chip that heat has left next to no strength, and the mean plastic strain of the others
+    /// (-).
     melted: usize,
     solid_strain: f64,
     /// Temperature at the start (K).
@@ -106,7 +108,8 @@ impl Plan {
     }
 }
 
-/// Temperature (K) at which the material keeps the share `SOLID` of its strength, 1 − T*ᵐ; infinite where heat does not soften it.
+/// Temperature (K) at which the material keeps the share `SOLID` of its strength, 1 − T*ᵐ; infinite where
+/// heat does not soften it.
 fn melting(scene: &Scene) -> f64 {
     if !scene.effects.thermal_softening {
         return f64::INFINITY;
@@ -172,7 +175,8 @@ impl Numbers {
     }
 }
 
-/// Runs cuts one after another, prints each with its difference to the first that ran, and returns them for the file.
+/// Runs cuts one after another, prints each with its difference to the first that ran, and returns them for
+/// the file.
 pub fn compare(plans: impl IntoIterator<Item = (String, Plan)>) -> Vec<Value> {
     let mut first = None;
     let run = |(name, plan): (String, Plan)| match plan.run() {
@@ -189,8 +193,9 @@ pub fn compare(plans: impl IntoIterator<Item = (String, Plan)>) -> Vec<Value> {
     plans.into_iter().map(run).collect()
 }
 
-/// Runs each plan with several Courant numbers, the plan's times `COURANT_FACTORS`, and compares the means with those of the
-/// first plan: what a level changes shows only against the scatter of runs that differ by nothing that matters.
+/// Runs each plan with several Courant numbers, the plan's times `COURANT_FACTORS`, and compares the means
+/// with those of the first plan: what a level changes shows only against the scatter of runs that differ by
+/// nothing that matters.
 pub fn compare_means(plans: impl IntoIterator<Item = (String, Plan)>) -> Vec<Value> {
     let mut first = None;
     let run = |(name, plan): (String, Plan)| {

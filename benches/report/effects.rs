@@ -1,7 +1,8 @@
 //! What each effect costs and what it changes: the table behind `cargo xtask effects`.
 //!
-//! An effect is one line of `EFFECTS`: the reference cut without it, and what to set for it. Instructions are counted under
-//! callgrind between two places of a coarse cut; forces, strain and temperature come from the cut itself.
+//! An effect is one line of `EFFECTS`: the reference cut without it, and what to set for it. Instructions are
+//! counted under callgrind between two places of a coarse cut; forces, strain and temperature come from the
+//! cut itself.
 
 use crate::cuts::{Numbers, Plan};
 use serde_json::{Value, json};

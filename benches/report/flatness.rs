@@ -1,10 +1,11 @@
-//! What a point costs in scenes of few and of many points: a block of the same height at every size, in which the same share
-//! of the points yields.
+//! What a point costs in scenes of few and of many points: a block of the same height at every size, in which
+//! the same share of the points yields.
 //!
-//! In the same number of substeps, which are longer where cells are larger, yielding spreads from the band over more of a small
-//! block than of a large one, and a return to yield takes five times the flop of the rest of a point's substep. So each larger
-//! block's band is made as wide as it takes for the smallest one's share, in the mean over a run. Each is measured right after the
-//! smallest one, so that a busy neighbour meets both.
+//! In the same number of substeps, which are longer where cells are larger, yielding spreads from the band
+//! over more of a small block than of a large one, and a return to yield takes five times the flop of the
+//! rest of a point's substep. So each larger block's band is made as wide as it takes for the smallest one's
+//! share, in the mean over a run. Each is measured right after the smallest one, so that a busy neighbour
+//! meets both.
 
 use crate::blocks::{BAND, DRIVE, block};
 use crate::phases::median;
@@ -17,14 +18,17 @@ use swarf::stabilization::volumetric_locking::LockingControl;
 
 /// Cells of the blocks, four points in each: 7,500 to 1,199,536 points.
 const SIZES: [[i32; 3]; 4] = [[75, 25, 1], [150, 50, 1], [300, 100, 1], [949, 316, 1]];
-/// Runs of each size in a sample: those of small blocks are too short to be told from a busy neighbour's noise one by one.
+/// Runs of each size in a sample: those of small blocks are too short to be told from a busy neighbour's
+/// noise one by one.
 const RUNS: [usize; SIZES.len()] = [16, 8, 2, 1];
-/// Substeps of a run, from the block's start on: in these the fastest points move by half a cell, which is one sort.
+/// Substeps of a run, from the block's start on: in these the fastest points move by half a cell, which is
+/// one sort.
 const SUBSTEPS: usize = 150;
 /// Looks in a run at how many points yield.
 const LOOKS: usize = 5;
 const ROUNDS: usize = 5;
-/// By how much the share of the points that yield may differ from the smallest block's (-), and trials to get there.
+/// By how much the share of the points that yield may differ from the smallest block's (-), and trials to get
+/// there.
 const CLOSE: f64 = 0.003;
 const TRIALS: usize = 8;
 

@@ -1,7 +1,8 @@
 //! Flop of a point-step, counted: the same kernels run on numbers that count what is done with them.
 //!
-//! Additions, subtractions, multiplications, divisions and square roots count one each, multiply-adds two; comparisons,
-//! minima, roundings and sign changes count nothing. Everything executed counts, idle lanes of a vector included.
+//! Additions, subtractions, multiplications, divisions and square roots count one each, multiply-adds two;
+//! comparisons, minima, roundings and sign changes count nothing. Everything executed counts, idle lanes of a
+//! vector included.
 
 use crate::blocks::{BAND, DRIVE, block};
 use crate::common::BlockIn;

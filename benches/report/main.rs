@@ -1,5 +1,5 @@
-//! `cargo xtask bench`: the machine's peak, the speed of whole cuts, and where the time goes; and, for the guard of
-//! instruction counts, runs of single kernels that callgrind looks at.
+//! `cargo xtask bench`: the machine's peak, the speed of whole cuts, and where the time goes; and, for the
+//! guard of instruction counts, runs of single kernels that callgrind looks at.
 
 mod blocks;
 #[path = "../../tests/common/mod.rs"]
@@ -100,7 +100,8 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// One effect: `count with|without MILLIMETRES [COARSENING]`, or `compare COARSENING`, which prints one line of JSON.
+/// One effect: `count with|without MILLIMETRES [COARSENING]`, or `compare COARSENING`, which prints one line
+/// of JSON.
 fn effect(name: &str, words: &[&str]) -> Result<(), String> {
     let effect = effects::find(name).ok_or("no such effect")?;
     let number = |text: &str| text.parse::<f64>().map_err(|e| format!("'{text}': {e}"));

@@ -1,6 +1,7 @@
 //! Measurements that can be run one by one: `cargo xtask bench --row NAME`.
 //!
-//! Whole cuts take minutes: without `--full` they run with points four times as far apart, to see that they run.
+//! Whole cuts take minutes: without `--full` they run with points four times as far apart, to see that they
+//! run.
 
 use crate::cuts::{Plan, compare, compare_means};
 use crate::flatness::flatness;
@@ -220,8 +221,9 @@ fn levels(coarsening: f64) -> Value {
     json!(all)
 }
 
-/// The 1045 cut, 8,360 points, where the tool meets the workpiece some fifths of a cell further on in the grid: the workpiece is longer
-/// by as much. (A longer way through air would begin the same run later, and show no scatter.)
+/// The 1045 cut, 8,360 points, where the tool meets the workpiece some fifths of a cell further on in the
+/// grid: the workpiece is longer by as much. (A longer way through air would begin the same run later, and
+/// show no scatter.)
 fn ordinary(coarsening: f64, fifths: i32) -> Plan {
     let mut scene = at_level(1.58e-5 * coarsening, Speed::Balanced);
     scene.material.name = "AISI 1045".into();
@@ -237,7 +239,8 @@ fn steel_1045(coarsening: f64) -> Value {
     let scaled = |share: f64| {
         move |numerics: &mut Numerics| (numerics.mass_scaling, numerics.inertia_error) = (0.0, share)
     };
-    // At this friction `fast` keeps the force with plain increments only, which it has where the Courant number is set by hand.
+    // At this friction `fast` keeps the force with plain increments only, which it has where the Courant
+    // number is set by hand.
     let plain = |numerics: &mut Numerics| (numerics.speed, numerics.courant) = (Speed::Fast, 0.54);
     let ways: [(&str, Change<'_>); 4] = [
         ("unscaled", &|_| ()),
@@ -284,8 +287,8 @@ fn steel_1045_levers(coarsening: f64) -> Value {
     ]))
 }
 
-/// Of the published cut only material, speed, feed, friction, rake and number of points are known; the workpiece is 2 mm by
-/// 0.3 mm, its points 2 µm apart, fifty over the feed.
+/// Of the published cut only material, speed, feed, friction, rake and number of points are known; the
+/// workpiece is 2 mm by 0.3 mm, its points 2 µm apart, fifty over the feed.
 fn titanium(coarsening: f64) -> Value {
     json!(compare([("automatic", 1.0), ("a quarter of the error", 0.25)].map(|(name, share)| {
         let mut scene = at_level(2e-6 * coarsening, Speed::Fast);
@@ -329,7 +332,8 @@ fn contact_laws(coarsening: f64) -> Value {
     json!({"first_contact": gaps, "cuts": cuts})
 }
 
-/// Lets the tool come from four cells away, and gives the gap to the workpiece's right side at first contact (cells).
+/// Lets the tool come from four cells away, and gives the gap to the workpiece's right side at first contact
+/// (cells).
 fn first_contact(mut scene: Scene) -> Result<f64, String> {
     let cell = scene.numerics.point_spacing * f64::from(scene.numerics.points_per_cell_edge);
     scene.tool.initial_gap = 4.0 * cell;

@@ -1,4 +1,5 @@
-//! What this machine can do at best, measured now: multiply-adds in registers, and bandwidth by size of the data.
+//! What this machine can do at best, measured now: multiply-adds in registers, and bandwidth by size of the
+//! data.
 
 use cpu_time::ThreadTime;
 use serde_json::{Value, json};
@@ -57,8 +58,8 @@ impl Kernel<f64> for Triad<'_> {
     }
 }
 
-/// How many times as much as one thread two do in the same wall time, measured now: what keeps a program that divides its work
-/// without loss from 2 is the machine's.
+/// How many times as much as one thread two do in the same wall time, measured now: what keeps a program that
+/// divides its work without loss from 2 is the machine's.
 #[derive(Debug)]
 pub struct TwoThreads {
     /// Multiply-adds in registers.

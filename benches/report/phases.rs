@@ -1,8 +1,9 @@
-//! Where a substep's time goes, and how it compares with the plain loop: measured on a block with a yielding band.
+//! Where a substep's time goes, and how it compares with the plain loop: measured on a block with a yielding
+//! band.
 //!
-//! Substeps are timed one by one and told apart by what the solver's progress shows: a sort sets the travel back, and so
-//! does the locking control with its own. The nodes' share is the time of substeps of the same partition without its
-//! points.
+//! Substeps are timed one by one and told apart by what the solver's progress shows: a sort sets the travel
+//! back, and so does the locking control with its own. The nodes' share is the time of substeps of the same
+//! partition without its points.
 
 use crate::blocks::{DRIVE, sheared, sheared_plain};
 use cpu_time::ThreadTime;

@@ -1,9 +1,10 @@
 //! Speed of whole cuts at several sizes, through the same calls as an FMI master's.
 //!
-//! A cut is first run at four times its speed until a chip has formed or the row's point-steps for that are spent, then
-//! for a while at its own; what is measured after that is stated with the share of points that yield. CPU seconds are the
-//! process's. The critical thread is the one with most CPU time of the run; it decides how long a quiet machine takes.
-//! On a busy machine it also takes over work from a thread that does not get its turn, and looks worse than it is.
+//! A cut is first run at four times its speed until a chip has formed or the row's point-steps for that are
+//! spent, then for a while at its own; what is measured after that is stated with the share of points that
+//! yield. CPU seconds are the process's. The critical thread is the one with most CPU time of the run; it
+//! decides how long a quiet machine takes. On a busy machine it also takes over work from a thread that does
+//! not get its turn, and looks worse than it is.
 
 use crate::phases::median;
 use cpu_time::ProcessTime;

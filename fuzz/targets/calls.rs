@@ -1,7 +1,8 @@
 //! Fuzz target: sequences of calls, and states forged so that their checksums are right.
 //!
-//! The first byte chooses. Sequences are those of the random test and must keep the same promises. A forged state, which
-//! no accident makes, may lead to a refused call or a caught internal error, but never out of memory or past an array.
+//! The first byte chooses. Sequences are those of the random test and must keep the same promises. A forged
+//! state, which no accident makes, may lead to a refused call or a caught internal error, but never out of
+//! memory or past an array.
 #![no_main]
 
 #[path = "../../tests/importer/mod.rs"]
@@ -15,7 +16,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A state in the middle of a coarse cut, as bytes.
 ///
-/// A forged velocity of 1e8 m/s is no fault, only a run of tiny substeps: the wall time limit ends it, as for any user.
+/// A forged velocity of 1e8 m/s is no fault, only a run of tiny substeps: the wall time limit ends it, as for
+/// any user.
 static STATE: LazyLock<Vec<u8>> = LazyLock::new(|| {
     let values = [("numerics.point_spacing", 1e-4), ("numerics.wall_time_limit", 1.0)];
     let slave = Slave::ready(&values);

@@ -1,4 +1,5 @@
-//! What modelDescription.xml says of the variables: type, unit, start value, enumeration items, default experiment.
+//! What modelDescription.xml says of the variables: type, unit, start value, enumeration items, default
+//! experiment.
 //!
 //! Read here with quick-xml, because `fmi-schema` leaves out units, strings' starts and enumeration items.
 

@@ -62,7 +62,8 @@ impl Fmu {
 }
 
 impl Instance<'_> {
-    /// Sets a variable from text: a number, true or false, a text, or an enumeration's item by name or number.
+    /// Sets a variable from text: a number, true or false, a text, or an enumeration's item by name or
+    /// number.
     ///
     /// # Errors
     /// An unknown name, a text that is no value of the type, or the FMU's refusal.

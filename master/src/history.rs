@@ -1,4 +1,5 @@
-//! The table of a run: time, travel and all outputs at every communication point, in memory and as a CSV file.
+//! The table of a run: time, travel and all outputs at every communication point, in memory and as a CSV
+//! file.
 
 use std::fs::File;
 use std::io::Write;

@@ -210,7 +210,8 @@ fn is_ours(path: &Path) -> bool {
     start.windows(mark.len()).take(200).any(|window| window == mark)
 }
 
-/// Strain and temperature on the points at several travels, and the scatter of strain over x; gives their number.
+/// Strain and temperature on the points at several travels, and the scatter of strain over x; gives their
+/// number.
 fn pictures(cut: &Cut, out: &Path, provenance: &Provenance) -> Result<usize, swarf::Error> {
     remove_old_pictures(out)?;
     let folder = frames_folder(cut, out);

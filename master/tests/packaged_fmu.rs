@@ -72,7 +72,8 @@ fn a_reset_instance_runs_bit_identically() {
     assert!(run(&mut instance, 0, 6) == first, "a run after reset differs");
 }
 
-/// A saved state holds everything: kept in the instance or as bytes in another one, the run goes on as if unbroken.
+/// A saved state holds everything: kept in the instance or as bytes in another one, the run goes on as if
+/// unbroken.
 #[test]
 fn a_restored_state_continues_bit_identically() {
     let fmu = Fmu::load(&packaged()).unwrap();

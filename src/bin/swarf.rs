@@ -1,4 +1,5 @@
-//! Command line of the project: prints what is generated from the variable table; runs the studies where they are built in.
+//! Command line of the project: prints what is generated from the variable table; runs the studies where they
+//! are built in.
 
 use std::process::ExitCode;
 

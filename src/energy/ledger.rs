@@ -7,26 +7,29 @@
 //!
 //! * kinetic and elastic: from the points' velocities and stresses;
 //! * plastic: flow stress times strain increment at each return;
-//! * damage: plastic work of points past the initiation of damage, and the elastic energy that damage releases;
+//! * damage: plastic work of points past the initiation of damage, and the elastic energy that damage
+//!   releases;
 //! * viscous: work of the artificial viscosity, which heats nothing;
 //! * friction: friction impulse times slip;
-//! * contact: ½ m |Δv|² of nodes brought to the tool's or a wall's velocity in one substep (inelastic impact; at points that
-//!   touch, half the contact impulse times the change of their velocity, which is contact's share of the same sum), and the
-//!   work of contact impulses on what approach is left (`contact::surface`);
-//! * damping: what the scheme itself dissipates. A substep changes the points' kinetic energy by the work of all forces
-//!   at the new grid velocity less Σ_nodes m |Δv|² − ½ Σ_points m |Δv|², and their stored and plastic energy by the
-//!   stress power with the mean stress, ½ Σ V₀ Δτ : h more than the grid's forces give. So
-//!   damping = Σ_nodes m |Δv|² − ½ Σ_points m |Δv|² − ½ Σ V₀ Δτ : h − contact. Half of the first term is FLIP's
-//!   filter (at least 0 by Jensen's inequality); the rest oscillates about zero in elastic waves, and is lost
-//!   where a node has so little mass that its points do not take over its velocity;
-//!   With smoothed increments (`partition::smoothing`) the points' strain and their velocities follow different increments: the first term
-//!   is Σ_nodes m Δv·P′Δv there, and what impulses J of the tool do on the difference, Σ J·(Δv − P′Δv), is damping too;
-//!   With APIC (`transfer::apic`), whose points take the grid's velocity, their kinetic energy changes by what it changes: the work of
-//!   all forces, Σ_nodes m Δv·v, less the gain of ½ Σ_points m |v|² takes the place of the first two terms, and damping holds
-//!   what goes into the points' affine fields and comes back from there;
+//! * contact: ½ m |Δv|² of nodes brought to the tool's or a wall's velocity in one substep (inelastic impact;
+//!   at points that touch, half the contact impulse times the change of their velocity, which is contact's
+//!   share of the same sum), and the work of contact impulses on what approach is left (`contact::surface`);
+//! * damping: what the scheme itself dissipates. A substep changes the points' kinetic energy by the work of
+//!   all forces at the new grid velocity less Σ_nodes m |Δv|² − ½ Σ_points m |Δv|², and their stored and
+//!   plastic energy by the stress power with the mean stress, ½ Σ V₀ Δτ : h more than the grid's forces give.
+//!   So damping = Σ_nodes m |Δv|² − ½ Σ_points m |Δv|² − ½ Σ V₀ Δτ : h − contact. Half of the first term is
+//!   FLIP's filter (at least 0 by Jensen's inequality); the rest oscillates about zero in elastic waves, and
+//!   is lost where a node has so little mass that its points do not take over its velocity; With smoothed
+//!   increments (`partition::smoothing`) the points' strain and their velocities follow different increments:
+//!   the first term is Σ_nodes m Δv·P′Δv there, and what impulses J of the tool do on the difference, Σ J·(Δv
+//!   − P′Δv), is damping too; With APIC (`transfer::apic`), whose points take the grid's velocity, their
+//!   kinetic energy changes by what it changes: the work of all forces, Σ_nodes m Δv·v, less the gain of ½
+//!   Σ_points m |v|² takes the place of the first two terms, and damping holds what goes into the points'
+//!   affine fields and comes back from there;
 //! * mass scaling: kinetic energy that changes of the mass factor bring in, at constant velocity;
-//! * thermoelastic: elastic energy that heat took, or gave where it is negative (expansion of material under pressure); the
-//!   heat itself is not lessened by it, which is a part of some 3 α T₀ κ/(ρ c) of pressure changes, and small;
+//! * thermoelastic: elastic energy that heat took, or gave where it is negative (expansion of material under
+//!   pressure); the heat itself is not lessened by it, which is a part of some 3 α T₀ κ/(ρ c) of pressure
+//!   changes, and small;
 //! * retired: kinetic and elastic energy of points that left the domain.
 
 use crate::partition::nodes::NodeSums;
@@ -69,7 +72,8 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// Adds the sums of a substep over the nodes that a chunk owns and over its points, in the order of the chunks.
+    /// Adds the sums of a substep over the nodes that a chunk owns and over its points, in the order of the
+    /// chunks.
     pub fn add(&mut self, nodes: &NodeSums, points: &PassSums) {
         self.tool_work += nodes.tool_work;
         self.friction_work += nodes.friction_work;

@@ -1,8 +1,8 @@
 //! A watch on the energy: a scheme that feeds itself shows in the ledger long before it shows in the force.
 //!
-//! Every `INTERVAL` substeps, and after 64, 128, 256 and 512, the kinetic and elastic energy of all points is added up and
-//! held against the ledger. Form of the effect: a pass over the points that costs a few thousandths of the substeps between
-//! two of them.
+//! Every `INTERVAL` substeps, and after 64, 128, 256 and 512, the kinetic and elastic energy of all points is
+//! added up and held against the ledger. Form of the effect: a pass over the points that costs a few
+//! thousandths of the substeps between two of them.
 
 use crate::energy::ledger::Ledger;
 use crate::error::Error;
@@ -49,8 +49,8 @@ impl Watch {
     /// Judges the state at `clock` (s) against the ledger.
     ///
     /// # Errors
-    /// `Error::Unstable` naming what is wrong: energy that nothing accounts for, energy that the scheme itself brought in,
-    /// a point turned inside out, a temperature below zero.
+    /// `Error::Unstable` naming what is wrong: energy that nothing accounts for, energy that the scheme
+    /// itself brought in, a point turned inside out, a temperature below zero.
     pub fn judge(&self, clock: f64, ledger: &Ledger) -> Result<(), Error> {
         let Watch { kinetic, elastic, smallest_ratio, coldest, hottest } = *self;
         let unstable = |text: String| {
@@ -111,7 +111,8 @@ mod tests {
         assert_eq!(due, [64, 128, 256, 512, 1024, 2048, 3072]);
     }
 
-    /// A ledger that closes passes; one that misses a seventh of the energy does not, nor one whose damping feeds the run.
+    /// A ledger that closes passes; one that misses a seventh of the energy does not, nor one whose damping
+    /// feeds the run.
     #[test]
     fn energy_out_of_nowhere_is_named() {
         let mut ledger = Ledger { tool_work: 10.0, plastic_work: 6.0, damping: 1.0, ..Ledger::default() };

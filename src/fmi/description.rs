@@ -1,7 +1,8 @@
 //! modelDescription.xml of FMI 2.0.4, written from the variable table.
 //!
-//! The GUID is a hash of everything else in the file, so it changes with the interface and with nothing else; the file
-//! carries no date. The structs below repeat the order of elements and attributes of the standard's schema (section 2.2).
+//! The GUID is a hash of everything else in the file, so it changes with the interface and with nothing else;
+//! the file carries no date. The structs below repeat the order of elements and attributes of the standard's
+//! schema (section 2.2).
 
 use crate::scene::Scene;
 use crate::variables::units::{self, Unit};
@@ -35,7 +36,8 @@ pub fn interface_hash() -> [u8; 16] {
     *HASH.get_or_init(|| fnv1a_128(render("").as_bytes()).to_be_bytes())
 }
 
-/// FNV-1a with 128 bit: not secure, but the same for ever, which the standard library's hashes do not promise.
+/// FNV-1a with 128 bit: not secure, but the same for ever, which the standard library's hashes do not
+/// promise.
 fn fnv1a_128(bytes: &[u8]) -> u128 {
     const OFFSET: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
     const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;

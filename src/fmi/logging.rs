@@ -1,6 +1,7 @@
 //! What the FMU tells the importer: statuses, log categories and which of them are on.
 
-/// Status of a call, numbered as in fmi2FunctionTypes.h. `fmi2Fatal` is never returned: it condemns every instance.
+/// Status of a call, numbered as in fmi2FunctionTypes.h. `fmi2Fatal` is never returned: it condemns every
+/// instance.
 #[repr(i32)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
@@ -101,9 +102,10 @@ impl Category {
 
 /// Which categories are on.
 ///
-/// Errors, warnings and discarded steps are on from the start, so that no refused call goes unexplained; `loggingOn` adds
-/// all others. `fmi2SetDebugLogging` then does what the standard says: on with names means these only, on without
-/// names all; off with names switches these off, off without names goes back to the start.
+/// Errors, warnings and discarded steps are on from the start, so that no refused call goes unexplained;
+/// `loggingOn` adds all others. `fmi2SetDebugLogging` then does what the standard says: on with names means
+/// these only, on without names all; off with names switches these off, off without names goes back to the
+/// start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Categories(u8);
 

@@ -1,4 +1,5 @@
-//! What the category `solver` tells of a step: how far a long one has come and what is left, and what it took in the end.
+//! What the category `solver` tells of a step: how far a long one has come and what is left, and what it took
+//! in the end.
 
 use crate::Error;
 use crate::session::{Advance, Outputs, Session};
@@ -24,8 +25,8 @@ pub(super) struct Progress<'a> {
 
 /// Advances the session in a thread of its own and passes its messages on from here.
 ///
-/// The solver may look up from any of its threads, but many importers can only take a message in the thread that called
-/// `fmi2DoStep`. Where no thread can be started the step runs here, without messages.
+/// The solver may look up from any of its threads, but many importers can only take a message in the thread
+/// that called `fmi2DoStep`. Where no thread can be started the step runs here, without messages.
 ///
 /// # Errors
 /// Those of `Session::advance_to`.

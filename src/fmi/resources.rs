@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 /// Path of a `file:` URI as `fmi2Instantiate` gets it, percent signs decoded; `None` when it is none.
 ///
-/// Read are `file:///path`, `file:/path`, `file://localhost/path`, Windows paths (`file:///C:/path`) and, since some
-/// importers do it, a bare absolute path.
+/// Read are `file:///path`, `file:/path`, `file://localhost/path`, Windows paths (`file:///C:/path`) and,
+/// since some importers do it, a bare absolute path.
 pub fn path_of_uri(uri: &str) -> Option<PathBuf> {
     let Some(rest) = uri.strip_prefix("file:") else {
         let path = PathBuf::from(uri);
@@ -30,7 +30,8 @@ pub fn path_of_uri(uri: &str) -> Option<PathBuf> {
     Some(path_of_bytes(if is_windows { bytes[1..].to_vec() } else { bytes }))
 }
 
-/// Replaces `%20` and its like by their bytes; `None` for a percent sign without two hexadecimal digits or a zero byte.
+/// Replaces `%20` and its like by their bytes; `None` for a percent sign without two hexadecimal digits or a
+/// zero byte.
 fn decode_percent(text: &str) -> Option<Vec<u8>> {
     let mut bytes = Vec::with_capacity(text.len());
     let mut rest = text.bytes();

@@ -6,10 +6,12 @@ use crate::scene::Inputs;
 use crate::session::Session;
 use crate::variables;
 
-/// Steps and stop times may differ from the instance's own clock by this share, as masters add up rounded steps (-).
+/// Steps and stop times may differ from the instance's own clock by this share, as masters add up rounded
+/// steps (-).
 const TIME_TOLERANCE: f64 = 1e-9;
 
-/// The time a step leads to (s), if it starts at the instance's clock, goes forward and ends before the stop time.
+/// The time a step leads to (s), if it starts at the instance's clock, goes forward and ends before the stop
+/// time.
 pub(super) fn check_step(header: &Header, time: f64, step: f64) -> Result<f64, Refusal> {
     let now = header.time;
     let refuse = |text: String| Err(Refusal::BadArgument(format!("{text}; the instance stays at {now:e} s")));
@@ -36,7 +38,8 @@ pub(super) fn check_step(header: &Header, time: f64, step: f64) -> Result<f64, R
     }
 }
 
-/// Inputs that slope out of their range within the step would break the solver's assumptions in the middle of it.
+/// Inputs that slope out of their range within the step would break the solver's assumptions in the middle of
+/// it.
 pub(super) fn check_sloped_inputs(header: &Header, session: &Session, target: f64) -> Result<(), Refusal> {
     let span = target - header.time;
     let (values, slopes) = (header.scene.inputs, header.slopes);

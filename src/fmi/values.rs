@@ -78,7 +78,8 @@ impl Instance {
     /// A wrong call order, an unknown reference, another type.
     pub fn get_string(&mut self, references: &[u32]) -> Result<&[CString], Refusal> {
         let texts = self.get(&calls::GET_STRING, references, "String", text)?;
-        // Texts came in as C strings and cannot hold a zero; an empty one is a safe answer should that ever change.
+        // Texts came in as C strings and cannot hold a zero; an empty one is a safe answer should that ever
+        // change.
         self.texts = texts.into_iter().map(|text| CString::new(text).unwrap_or_default()).collect();
         Ok(&self.texts)
     }
@@ -118,7 +119,8 @@ impl Instance {
     /// Sets slopes of inputs (per second) for the next step.
     ///
     /// # Errors
-    /// A wrong call order, a variable that is no Real input, an order other than 1, a slope that is not finite.
+    /// A wrong call order, a variable that is no Real input, an order other than 1, a slope that is not
+    /// finite.
     pub fn set_real_input_derivatives(
         &mut self,
         references: &[u32],

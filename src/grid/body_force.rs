@@ -1,11 +1,11 @@
 //! Body force: gravity, or the force field of a manufactured solution.
 //!
-//! The momentum equation's ρ b (eq. 12 of Ambati et al. 2011, where it acts with a plus sign) is taken at the nodes: mass
-//! is lumped there, so b Δt is an acceleration of each node, exact for uniform b and of second order in the cell length
-//! for one that varies.
+//! The momentum equation's ρ b (eq. 12 of Ambati et al. 2011, where it acts with a plus sign) is taken at the
+//! nodes: mass is lumped there, so b Δt is an acceleration of each node, exact for uniform b and of second
+//! order in the cell length for one that varies.
 //!
-//! Form of the effect: an optional pass, a loop of its own over the nodes; without it nothing is kept or done. No scene of
-//! the FMU has one yet, and the energy ledger does not count its work.
+//! Form of the effect: an optional pass, a loop of its own over the nodes; without it nothing is kept or
+//! done. No scene of the FMU has one yet, and the energy ledger does not count its work.
 
 /// An acceleration that depends on place and time.
 pub trait BodyForce: Send + Sync {

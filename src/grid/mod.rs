@@ -1,7 +1,7 @@
 //! The background grid: which nodes exist, fixed nodes, and the momentum equation on a chunk's nodes.
 //!
-//! Nodes stand in pencils, the lines along the last axis; pencil (i) in the plane and (i, j) in space. A pencil holds
-//! only the nodes from its lowest to its highest point, and two more on each side:
+//! Nodes stand in pencils, the lines along the last axis; pencil (i) in the plane and (i, j) in space. A
+//! pencil holds only the nodes from its lowest to its highest point, and two more on each side:
 //!
 //! ```text
 //!    y │   ┌┐ chip                nodes of pencil 0, then of pencil 1, … without gaps,
@@ -10,8 +10,8 @@
 //!      └┴┴┴┴┴┴┴┴┴┴┴┴┴┴──── x
 //! ```
 //!
-//! so the grid costs memory and time only where there is material, and the domain may be large. The arrangement
-//! holds until points are sorted again, before any has moved by more than a cell.
+//! so the grid costs memory and time only where there is material, and the domain may be large. The
+//! arrangement holds until points are sorted again, before any has moved by more than a cell.
 
 pub mod shape_function;
 pub mod body_force;
@@ -19,8 +19,8 @@ pub mod body_force;
 use crate::dimension::Dimension;
 use crate::simd::{Real, each};
 
-/// Four numbers of a node: in the plane all of it, in space half of it. What they mean depends on the phase of the
-/// step: momentum and force while points are gathered, then velocity and its increment.
+/// Four numbers of a node: in the plane all of it, in space half of it. What they mean depends on the phase
+/// of the step: momentum and force while points are gathered, then velocity and its increment.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Record<R>(pub [R; 4]);
@@ -75,8 +75,8 @@ impl Layout {
         self.start.last().copied().unwrap_or(0)
     }
 
-    /// Whether a point may stand at a node: far enough from the domain's rim that its stencil fits until the next
-    /// sort.
+    /// Whether a point may stand at a node: far enough from the domain's rim that its stencil fits until the
+    /// next sort.
     pub fn contains<D: Dimension>(&self, node: D::Vector<i32>) -> bool {
         (0..D::AXES).all(|axis| node[axis] > MARGIN && node[axis] < self.counts[axis] - 1 - MARGIN)
     }
@@ -270,8 +270,8 @@ pub fn increment_energy<R: Real, D: Dimension>(records: &[Record<R>], mass: &[R]
     0.5 * sums.iter().map(|sum| sum.to_f64()).sum::<f64>()
 }
 
-/// Half the work of all forces at the new velocities, ½ Σ m Δv·v (J): with an affine transfer in the place of the
-/// increments' energy.
+/// Half the work of all forces at the new velocities, ½ Σ m Δv·v (J): with an affine transfer in the place of
+/// the increments' energy.
 #[inline(always)]
 pub fn half_work<R: Real, D: Dimension>(records: &[Record<R>], mass: &[R]) -> f64 {
     let nodes = records.chunks_exact(D::QUADS).zip(mass);

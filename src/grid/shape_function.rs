@@ -1,7 +1,7 @@
 //! Shape functions between points and grid nodes, along one axis.
 //!
-//! A point touches the three nodes around its nearest one. Weights and slopes depend only on the offset d of the
-//! point from that node, in cells, −½ ≤ d ≤ ½:
+//! A point touches the three nodes around its nearest one. Weights and slopes depend only on the offset d of
+//! the point from that node, in cells, −½ ≤ d ≤ ½:
 //!
 //! ```text
 //!        w₋        w₀        w₊            d = 0.2
@@ -27,8 +27,8 @@ pub trait ShapeFunction<R: Real>: Copy + Send + Sync + 'static {
     /// Weights and slopes at the offset `d` (-) from the nearest node, in [−½, ½].
     fn stencil<V: Lanes<Scalar = R>>(&self, d: V) -> Stencil<V>;
 
-    /// Square of the slope over the weight where a point only just reaches a node (-): how much a node that has next to
-    /// no mass can matter to a point's velocity gradient (`partition::step_bounds`).
+    /// Square of the slope over the weight where a point only just reaches a node (-): how much a node that
+    /// has next to no mass can matter to a point's velocity gradient (`partition::step_bounds`).
     fn steepness(&self) -> f64;
 
     /// How far along each axis a point reaches (cells): a node that is closer has weight.
@@ -64,7 +64,8 @@ impl<R: Real> ShapeFunction<R> for Linear {
     }
 }
 
-/// Uniform GIMP: each point is a square of fixed size, the paper's eqs. 13 and 14 for two points per cell edge.
+/// Uniform GIMP: each point is a square of fixed size, the paper's eqs. 13 and 14 for two points per cell
+/// edge.
 ///
 /// With a the half width of a point over the cell length and t = clamp(d, −a, a), the node at +1 has
 /// w₊ = (a + t)²/(4a) + max(d − a, 0), the node at −1 the same of −d, and the nearest node the rest. For a = ¼ this

@@ -1,35 +1,36 @@
 //! Heat conduction on the background grid, in a pass of its own that runs far more rarely than the substeps.
 //!
-//! ρ₀ c V₀ Ṫ = ∇·(k ∇T) J V₀, with Fourier's law in the present configuration: capacity follows the mass, which deformation
-//! does not change, conduction the present volume J V₀. A pass of length Δt, with C_p = ρ₀ c V₀ a point's capacity and
-//! C_i = Σ_p w_ip C_p a node's:
+//! ρ₀ c V₀ Ṫ = ∇·(k ∇T) J V₀, with Fourier's law in the present configuration: capacity follows the mass,
+//! which deformation does not change, conduction the present volume J V₀. A pass of length Δt, with C_p = ρ₀
+//! c V₀ a point's capacity and C_i = Σ_p w_ip C_p a node's:
 //!
-//! 1. around each node a plane is fitted to the points' temperatures, f_i(x) = T_i + g_i · (x − x_i), with weights w_ip C_p;
+//! 1. around each node a plane is fitted to the points' temperatures, f_i(x) = T_i + g_i · (x − x_i), with
+//!    weights w_ip C_p;
 //! 2. heat flows between the nodes, Q_i = −Δt Σ_p k J_p V_p ∇w_ip · Σ_j ∇w_jp T_j;
 //! 3. T_p ← T_p + Σ_i w_ip Q_i/C_i − α (T_p − Σ_i w_ip f_i(x_p)).
 //!
-//! Conservation: Σ_i ∇w_ip = 0, so ΣQ_i = 0, and Σ_p C_p w_ip = C_i. What the grid's increments do to the points is
-//! what FLIP does to velocities, and has the same flaw: a cell's points may differ by patterns that no node sees, which
-//! nothing would ever level. They are the last term's business. T_p − Σ w f is what the planes do not explain: it vanishes
-//! for any linear field, whatever the arrangement of the points and up to the surface; its sum over C_p is zero (each
-//! plane leaves no mean residual); and as an operator it lies between 0 and 1 in the norm of C, so that no α ≤ 1 is
-//! unstable. With
+//! Conservation: Σ_i ∇w_ip = 0, so ΣQ_i = 0, and Σ_p C_p w_ip = C_i. What the grid's increments do to the
+//! points is what FLIP does to velocities, and has the same flaw: a cell's points may differ by patterns that
+//! no node sees, which nothing would ever level. They are the last term's business. T_p − Σ w f is what the
+//! planes do not explain: it vanishes for any linear field, whatever the arrangement of the points and up to
+//! the surface; its sum over C_p is zero (each plane leaves no mean residual); and as an operator it lies
+//! between 0 and 1 in the norm of C, so that no α ≤ 1 is unstable. With
 //!
 //! α = 1 − exp(−π² κ Δt/h²), κ = k/(ρ₀ c),
 //!
-//! patterns finer than a cell die out as fast as the heat equation would have a wave of two cells do, and as their symbol
-//! is of fourth order in the wave number, a smooth field keeps second order. Planes rather than means also give the
-//! nodes' temperatures: a node at the surface has its points on one side.
+//! patterns finer than a cell die out as fast as the heat equation would have a wave of two cells do, and as
+//! their symbol is of fourth order in the wave number, a smooth field keeps second order. Planes rather than
+//! means also give the nodes' temperatures: a node at the surface has its points on one side.
 //!
-//! Boundaries are insulated but for boxes of nodes of fixed temperature. There T_j in step 2 is the wall's, and step 3 adds
-//! what the material's own T_i lacks to it.
+//! Boundaries are insulated but for boxes of nodes of fixed temperature. There T_j in step 2 is the wall's,
+//! and step 3 adds what the material's own T_i lacks to it.
 //!
-//! The explicit limit is Δt ≤ h²/(2 d κ) in d dimensions, some thousand substeps; a pass is due after `FRACTION` of it on
-//! the solver's clock. Rounded temperatures would lose heat in single precision: what one point's rounding takes is handed
-//! to the next in memory, and from one pass to the next.
+//! The explicit limit is Δt ≤ h²/(2 d κ) in d dimensions, some thousand substeps; a pass is due after
+//! `FRACTION` of it on the solver's clock. Rounded temperatures would lose heat in single precision: what one
+//! point's rounding takes is handed to the next in memory, and from one pass to the next.
 //!
-//! Affine fits in transfers: Jiang et al. (2015), doi:10.1145/2766996; the null space of increments: Hammerquist and Nairn
-//! (2017), doi:10.1016/j.cma.2017.01.035. The form of the last term is this project's.
+//! Affine fits in transfers: Jiang et al. (2015), doi:10.1145/2766996; the null space of increments:
+//! Hammerquist and Nairn (2017), doi:10.1016/j.cma.2017.01.035. The form of the last term is this project's.
 //!
 //! Form of the effect: an optional pass; the points' kernel is the adiabatic one.
 
@@ -48,15 +49,16 @@ use crate::simd::Real;
 use crate::transfer::stencils::{ExactStencils, for_each_node};
 use serde::{Deserialize, Serialize};
 
-/// Length of a pass over the explicit limit (-): errors of time stay below those of space, and splitting heating from
-/// conduction lets heat lag by less than a cell.
+/// Length of a pass over the explicit limit (-): errors of time stay below those of space, and splitting
+/// heating from conduction lets heat lag by less than a cell.
 const FRACTION: f64 = 0.25;
 /// Largest part of the limit that one pass may take (-), where substeps themselves are that long.
 const LARGEST_FRACTION: f64 = 0.5;
 /// Heat by node of the layout (J), in rising order of the nodes.
 pub type NodeHeat = Vec<(usize, f64)>;
 
-/// Thermal effusivity e = √(k ρ c) (J/(m2 K √s)) of a conductivity (W/(m K)) and a heat capacity ρ c (J/(m3 K)).
+/// Thermal effusivity e = √(k ρ c) (J/(m2 K √s)) of a conductivity (W/(m K)) and a heat capacity ρ c (J/(m3
+/// K)).
 pub fn effusivity(conductivity: f64, capacity: f64) -> f64 {
     (conductivity * capacity).sqrt()
 }
@@ -332,8 +334,8 @@ impl HeatConduction {
         }
     }
 
-    /// From heat to rise of temperature on each node; walls make up what their material lacks, and take what flows to
-    /// them. Returns the heat that came in through walls (J).
+    /// From heat to rise of temperature on each node; walls make up what their material lacks, and take what
+    /// flows to them. Returns the heat that came in through walls (J).
     fn raise(&mut self, held: &[(usize, f64)]) -> f64 {
         let mut entered = 0.0;
         for &(index, lack) in held {
@@ -407,7 +409,8 @@ fn temperatures<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
     temperatures
 }
 
-/// Raises a point's temperature by `rise` (K) and by what earlier roundings have left over; its own goes there.
+/// Raises a point's temperature by `rise` (K) and by what earlier roundings have left over; its own goes
+/// there.
 pub(crate) fn warm<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
     model: &M,
     block: &mut Block<R, D, M::State>,

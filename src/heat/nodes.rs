@@ -2,10 +2,12 @@
 
 use crate::dimension::Dimension;
 
-/// Least spread of the points around a node that a slope is fitted to, as a variance (cells²); fewer have their mean.
+/// Least spread of the points around a node that a slope is fitted to, as a variance (cells²); fewer have
+/// their mean.
 const LEAST_SPREAD: f64 = 1e-6;
-/// Furthest that a plane is trusted at its node, from the mean in standard deviations of the points' temperatures: a
-/// linear field in a corner of a lattice needs 2.5, and few points close together would give any value.
+/// Furthest that a plane is trusted at its node, from the mean in standard deviations of the points'
+/// temperatures: a linear field in a corner of a lattice needs 2.5, and few points close together would give
+/// any value.
 const FURTHEST: f64 = 3.0;
 
 /// What is known of the heat around a node; lengths in cells, temperatures from the reference (K).

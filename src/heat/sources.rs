@@ -1,17 +1,20 @@
 //! Heat that enters the workpiece on nodes of the grid: friction heat, and what the tool gives or takes.
 //!
-//! Friction is found on the nodes, substep by substep, and waits there until the points are sorted (when nodes get other
-//! places in memory) or a conduction pass is due. Then a node's heat Q_i goes to the points around it as in the pass,
+//! Friction is found on the nodes, substep by substep, and waits there until the points are sorted (when
+//! nodes get other places in memory) or a conduction pass is due. Then a node's heat Q_i goes to the points
+//! around it as in the pass,
 //!
 //! T_p ← T_p + Σ_i w_ip Q_i/C_i,  C_i = Σ_p w_ip C_p,
 //!
-//! so that the points gain ΣQ_i exactly. A node that has lost its points meanwhile hands its heat to the other nodes, in
-//! proportion to what they hold.
+//! so that the points gain ΣQ_i exactly. A node that has lost its points meanwhile hands its heat to the
+//! other nodes, in proportion to what they hold.
 //!
-//! The two bodies share the friction heat in the ratio of their effusivities e = √(k ρ c), which is how two half-spaces in
-//! perfect contact share the heat that arises between them: e_w/(e_w + e_t) stays in the workpiece.
+//! The two bodies share the friction heat in the ratio of their effusivities e = √(k ρ c), which is how two
+//! half-spaces in perfect contact share the heat that arises between them: e_w/(e_w + e_t) stays in the
+//! workpiece.
 //!
-//! Source: Carslaw and Jaeger (1959), Conduction of Heat in Solids, section 2.15 (contact of two half-spaces).
+//! Source: Carslaw and Jaeger (1959), Conduction of Heat in Solids, section 2.15 (contact of two
+//! half-spaces).
 
 use crate::dimension::Dimension;
 use crate::grid::Layout;

@@ -1,18 +1,20 @@
 //! The tool as a conducting body.
 //!
-//! Its cross-section is covered with square cells as large as the grid's, which move with it; a cell belongs to the tool when its
-//! centre does. Heat flows between neighbouring cells (finite volumes, explicit), and enters
+//! Its cross-section is covered with square cells as large as the grid's, which move with it; a cell belongs
+//! to the tool when its centre does. Heat flows between neighbouring cells (finite volumes, explicit), and
+//! enters
 //!
 //! * as the tool's share of the friction heat, on the cell behind the place where it arose;
-//! * through the contact, q = H (T_p − T_c) per area, between each point that the tool reaches (its distance is at most half
-//!   its width) and the cell behind it. Over a pass of length Δt the pair exchanges what it would by itself,
+//! * through the contact, q = H (T_p − T_c) per area, between each point that the tool reaches (its distance
+//!   is at most half its width) and the cell behind it. Over a pass of length Δt the pair exchanges what it
+//!   would by itself,
 //!
 //!   Q = C (T_p − T_c) (1 − exp(−H A Δt/C)), 1/C = 1/C_p + 1/C_c,
 //!
 //!   which is stable for any conductance H; A is the face of the point's square or cube.
 //!
-//! All other faces are insulated: within a cut heat reaches some 0.05 mm deep. What the tool gains is counted once and the same
-//! number taken from points or friction, so that heat is kept to rounding.
+//! All other faces are insulated: within a cut heat reaches some 0.05 mm deep. What the tool gains is counted
+//! once and the same number taken from points or friction, so that heat is kept to rounding.
 //!
 //! Form of the effect: part of the conduction pass; without it nothing is kept or done.
 
@@ -91,13 +93,14 @@ impl ToolBody {
         self.cell_capacity() * rises.iter().sum::<f64>()
     }
 
-    /// Heat (J) of a cell that no change of a temperature (K) shows: points as warm as the tool exchange some of it to and fro,
-    /// since their temperatures are rounded.
+    /// Heat (J) of a cell that no change of a temperature (K) shows: points as warm as the tool exchange some
+    /// of it to and fro, since their temperatures are rounded.
     pub fn unresolved_heat(&self, temperature: f64) -> f64 {
         self.cell_capacity() * f64::EPSILON * temperature
     }
 
-    /// The cell at a place from the tool's lowest point (m), or the nearest of its neighbours that belongs to the tool.
+    /// The cell at a place from the tool's lowest point (m), or the nearest of its neighbours that belongs to
+    /// the tool.
     fn cell_at(&self, place: [f64; 2]) -> Option<usize> {
         let index = |axis: usize| ((place[axis] - self.corner[axis]) / self.cell).floor() as i64;
         let (column, row) = (index(0), index(1));
@@ -119,7 +122,8 @@ impl ToolBody {
         nearest.map(|(_, cell)| cell)
     }
 
-    /// The cell behind the surface that is nearest to a point of the workpiece, with the point's distance (m).
+    /// The cell behind the surface that is nearest to a point of the workpiece, with the point's distance
+    /// (m).
     fn cell_behind(&self, tool: &RigidTool, point: [f64; 2]) -> (f64, Option<usize>) {
         let from_tool = [0, 1].map(|axis| point[axis] - tool.position[axis]);
         let closest = tool.shape.closest(from_tool);
@@ -243,7 +247,8 @@ mod tests {
         ToolBody::new(&shape, (5e-4 / cells as f64, 1e-3), (46.0, 203.0 * 15_700.0), 1e6)
     }
 
-    /// The slowest mode of an insulated rectangle decays as exp(−π² κ t/L²); cells are of second order, and keep the heat.
+    /// The slowest mode of an insulated rectangle decays as exp(−π² κ t/L²); cells are of second order, and
+    /// keep the heat.
     #[test]
     fn the_slowest_mode_decays_as_it_must() {
         let kappa = 46.0 / (203.0 * 15_700.0);

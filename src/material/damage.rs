@@ -1,28 +1,31 @@
 //! Damage of Johnson and Cook (1985) and separation by fracture energy, with a twin that does nothing.
 //!
-//! Initiation: plastic strain increments use up the failure strain of the present triaxiality η = σ_m/q, rate and
-//! temperature, and damage begins where the sum ω reaches one:
+//! Initiation: plastic strain increments use up the failure strain of the present triaxiality η = σ_m/q, rate
+//! and temperature, and damage begins where the sum ω reaches one:
 //!
 //! ω = Σ Δε̄/ε_f,  ε_f = (d1 + d2 exp(d3 η)) (1 + d4 ln(ε̄̇/ε̇₀)) (1 + d5 T*),
 //!
-//! with the logarithm at least 0 and ε_f at least 1e-3. (Johnson and Cook count η positive in tension, d3 negative.)
+//! with the logarithm at least 0 and ε_f at least 1e-3. (Johnson and Cook count η positive in tension, d3
+//! negative.)
 //!
-//! Evolution: strain that follows takes D from 0 to 1 by the work of the undamaged flow stress over a length L,
+//! Evolution: strain that follows takes D from 0 to 1 by the work of the undamaged flow stress over a length
+//! L,
 //!
 //! dD = σ_y L dε̄ / (2 G_f),  hence  ∫ (1 − D) σ_y L dε̄ = G_f ∫ 2 (1 − D) dD = G_f
 //!
-//! for any hardening, rate and temperature on the way: a band as wide as L dissipates the fracture energy G_f (J/m2) per
-//! area whatever the grid (Hillerborg et al. 1976, doi:10.1016/0008-8846(76)90007-7). At constant σ_y this is the usual
-//! law D = L ε̄/u_f with the displacement at failure u_f = 2 G_f/σ_y. L is the edge of a cell: the grid knows no narrower
-//! band (tests/damage.rs, `the_energy_of_a_shear_band_does_not_hang_on_the_cells`).
+//! for any hardening, rate and temperature on the way: a band as wide as L dissipates the fracture energy G_f
+//! (J/m2) per area whatever the grid (Hillerborg et al. 1976, doi:10.1016/0008-8846(76)90007-7). At constant
+//! σ_y this is the usual law D = L ε̄/u_f with the displacement at failure u_f = 2 G_f/σ_y. L is the edge of
+//! a cell: the grid knows no narrower band (tests/damage.rs,
+//! `the_energy_of_a_shear_band_does_not_hang_on_the_cells`).
 //!
-//! What is carried: stress and flow stress are those of the undamaged material times 1 − D (strain equivalence,
-//! Lemaitre), except pressure, J < 1, which stays whole: surfaces that close press on each other. A point with D = 1 has
-//! failed: it keeps mass, momentum and pressure, has no deviator and no tension, and remembers how far it is open,
-//! up to a volume ratio of 2.
+//! What is carried: stress and flow stress are those of the undamaged material times 1 − D (strain
+//! equivalence, Lemaitre), except pressure, J < 1, which stays whole: surfaces that close press on each
+//! other. A point with D = 1 has failed: it keeps mass, momentum and pressure, has no deviator and no
+//! tension, and remembers how far it is open, up to a volume ratio of 2.
 //!
-//! Energy: work past initiation, and the elastic energy that growing damage releases, are `StepSums::damage_work`. The
-//! first heats as all plastic work does.
+//! Energy: work past initiation, and the elastic energy that growing damage releases, are
+//! `StepSums::damage_work`. The first heats as all plastic work does.
 
 use super::StepSums;
 use super::elasticity::Elasticity;
@@ -73,7 +76,8 @@ pub trait DamageEffect<R: Real>: Clone + Send + Sync + 'static {
     /// The volume ratio (-) that a point keeps, and the one that tells its stiffness.
     fn opened<V: Vector<Scalar = R>>(&self, state: &Self::State, lane: usize, jacobian: V) -> (V, V);
 
-    /// Lets the damage of yielding points grow and adds their work to `totals`; returns the work that heats (J/m3).
+    /// Lets the damage of yielding points grow and adds their work to `totals`; returns the work that heats
+    /// (J/m3).
     fn grow<V: Vector<Scalar = R>>(
         &self,
         state: &mut Self::State,

@@ -32,7 +32,8 @@ pub trait ThermalEffect<R: Real>: Clone + Send + Sync + 'static {
     /// Whether the flow stress feels a rise of temperature.
     const SOFTENS: bool;
 
-    /// Factor on the flow stress (-) when the temperature rises by `rise` (K), and its first two derivatives (1/K, 1/K²).
+    /// Factor on the flow stress (-) when the temperature rises by `rise` (K), and its first two derivatives
+    /// (1/K, 1/K²).
     fn factor<V: Vector<Scalar = R>>(&self, state: &Self::State, lane: usize, rise: V) -> [V; 3];
 
     /// Factor on the flow stress at the start temperature of a point (-).
@@ -43,8 +44,8 @@ pub trait ThermalEffect<R: Real>: Clone + Send + Sync + 'static {
         false
     }
 
-    /// Factor on the elastic volume ratio (-) when the temperature of points `lane..` rises by `rise` (K): what heat
-    /// stretches is taken off the elastic part.
+    /// Factor on the elastic volume ratio (-) when the temperature of points `lane..` rises by `rise` (K):
+    /// what heat stretches is taken off the elastic part.
     fn contraction<V: Vector<Scalar = R>>(&self, _state: &Self::State, _lane: usize, _rise: V) -> V {
         V::constant(1.0)
     }
@@ -58,10 +59,11 @@ pub trait ThermalEffect<R: Real>: Clone + Send + Sync + 'static {
     fn heat<V: Vector<Scalar = R>>(&self, state: &mut Self::State, lane: usize, rise: V);
 }
 
-/// Constants of Johnson and Cook's thermal softening S = 1 − T*ᵐ, T* = (T − T_ref)/(T_melt − T_ref) within \[0, 1\].
+/// Constants of Johnson and Cook's thermal softening S = 1 − T*ᵐ, T* = (T − T_ref)/(T_melt − T_ref) within
+/// \[0, 1\].
 ///
-/// Below the reference temperature S = 1; at and above melting S = 0: no shear strength and no plastic work, hence no
-/// further heating, while the pressure stays elastic.
+/// Below the reference temperature S = 1; at and above melting S = 0: no shear strength and no plastic work,
+/// hence no further heating, while the pressure stays elastic.
 #[derive(Clone, Copy, Debug)]
 pub struct Softening {
     /// m (-); 0 for no softening.
@@ -160,8 +162,8 @@ impl<R: Real> PointState<R> for Temperature<R> {
     }
 }
 
-/// Plastic work heats each point (eq. 25 of Ambati et al. 2011) and nothing flows; `SOFTENS` says whether the flow
-/// stress feels it.
+/// Plastic work heats each point (eq. 25 of Ambati et al. 2011) and nothing flows; `SOFTENS` says whether the
+/// flow stress feels it.
 #[derive(Clone, Copy, Debug)]
 pub struct Adiabatic<R, const SOFTENS: bool> {
     /// β/(ρ₀ c): rise of temperature per plastic work (K m3/J).
@@ -202,7 +204,8 @@ impl<R: Real, const SOFTENS: bool> Adiabatic<R, SOFTENS> {
         Self::new(c.taylor_quinney, c.density * c.specific_heat, initial, Softening::of(c))
     }
 
-    /// The same with linear thermal expansion: every length grows by 1 + α (T − T₀) from the temperature at the start.
+    /// The same with linear thermal expansion: every length grows by 1 + α (T − T₀) from the temperature at
+    /// the start.
     ///
     /// * `expansion`: α (1/K)
     pub fn with_expansion(self, expansion: f64) -> Self {
@@ -244,8 +247,8 @@ impl<R: Real, const SOFTENS: bool> ThermalEffect<R> for Adiabatic<R, SOFTENS> {
         let homologous = ((temperature - V::splat(self.reference)) * inverse_range).max(zero).min(one);
         let m = V::splat(self.exponent);
         let power = pow(homologous, m);
-        // d(T*ᵐ)/dT = m T*ᵐ/T*/(T_melt − T_ref). The return's last step is taken by it unseen, so the guard against T* = 0 is far
-        // below any rise of temperature.
+        // d(T*ᵐ)/dT = m T*ᵐ/T*/(T_melt − T_ref). The return's last step is taken by it unseen, so the guard
+        // against T* = 0 is far below any rise of temperature.
         let per_kelvin = inverse_range / homologous.max(V::constant(1e-30));
         let slope = m * power * per_kelvin;
         [one - power, -slope, (one - m) * slope * per_kelvin]
@@ -285,7 +288,8 @@ mod tests {
     use super::*;
     use crate::simd::testing::{Double as V, first};
 
-    /// Softening runs from one at the reference temperature to zero at melting and stays there; nothing is stiffer when cold.
+    /// Softening runs from one at the reference temperature to zero at melting and stays there; nothing is
+    /// stiffer when cold.
     #[test]
     fn softening_is_capped_below_and_above() {
         let softening = Softening { exponent: 1.03, reference: 298.15, melting: 1573.15 };
@@ -316,7 +320,8 @@ mod tests {
             for (order, bound) in [(0, 1e-5), (1, 2e-5)] {
                 let difference = (above[order] - below[order]) / 0.02;
                 let slope = here[order + 1];
-                // Step² times the second next derivative: 2e-7 and 9e-6 of the slope this close to the reference temperature.
+                // Step² times the second next derivative: 2e-7 and 9e-6 of the slope this close to the
+                // reference temperature.
                 assert!(
                     (slope - difference).abs() < bound * slope.abs(),
                     "derivative {} is {slope}, by differences {difference}, at {temperature} K",

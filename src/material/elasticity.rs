@@ -1,8 +1,9 @@
 //! Elasticity of the Johnson–Cook family: pressure from the volume ratio, deviator in proportion to strain.
 //!
-//! Kirchhoff stress τ = s + κ/2 (J² − 1) I. The pressure follows from the volume ratio J, so it neither drifts nor needs
-//! a logarithm, and has the energy κ/2 ((J² − 1)/2 − ln J) (Simo and Hughes 1998, eq. 9.2.7). The deviator s turns with
-//! the material and grows by 2μ dev Δε (`Dimension::increment`); its energy is s:s/(4μ).
+//! Kirchhoff stress τ = s + κ/2 (J² − 1) I. The pressure follows from the volume ratio J, so it neither
+//! drifts nor needs a logarithm, and has the energy κ/2 ((J² − 1)/2 − ln J) (Simo and Hughes 1998, eq.
+//! 9.2.7). The deviator s turns with the material and grows by 2μ dev Δε (`Dimension::increment`); its energy
+//! is s:s/(4μ).
 
 use crate::scene::Constants;
 use crate::simd::math::ln;

@@ -1,9 +1,9 @@
 //! What the return to the yield surface asks of a flow law.
 //!
-//! A flow law gives the flow stress σ_y(ε̄, ε̄̇, T) of points side by side, and from it where a return probably ends. Most
-//! laws need no more than `Slopes`: the stress and its derivatives with respect to strain, rate and temperature, with
-//! which this module takes Newton's steps. A law that knows more of itself gives a `LocalFlow` of its own:
-//! `multiplicative`, whose factors part, solves its rate apart from the rest.
+//! A flow law gives the flow stress σ_y(ε̄, ε̄̇, T) of points side by side, and from it where a return
+//! probably ends. Most laws need no more than `Slopes`: the stress and its derivatives with respect to
+//! strain, rate and temperature, with which this module takes Newton's steps. A law that knows more of itself
+//! gives a `LocalFlow` of its own: `multiplicative`, whose factors part, solves its rate apart from the rest.
 
 use super::effects::ThermalEffect;
 use crate::simd::{Real, Vector};
@@ -59,12 +59,13 @@ pub trait FlowLaw<R: Real>: Clone + Send + Sync + 'static {
 
     /// Where to begin (-), above 0 and at most `high`.
     ///
-    /// * `guess`: the whole strain increment, as in steady flow, or the excess over the flow stress at rest where that is
-    ///   less (-)
+    /// * `guess`: the whole strain increment, as in steady flow, or the excess over the flow stress at rest
+    ///   where that is less (-)
     /// * `high`: the largest increment that there can be (-)
     fn first_guess<V: Vector<Scalar = R>>(&self, trial: &Trial<V>, guess: V, high: V) -> V;
 
-    /// The flow stress of points `lane..` at an increment (-), above 0, when their temperature rises by `rise` (K).
+    /// The flow stress of points `lane..` at an increment (-), above 0, when their temperature rises by
+    /// `rise` (K).
     fn local<V: Vector<Scalar = R>>(
         &self,
         trial: &Trial<V>,
@@ -95,7 +96,8 @@ pub trait Ahead<V: Vector>: Copy {
     /// The increment there (-); it may lie outside the bracket.
     fn increment(&self) -> V;
 
-    /// Points whose flow stress is as good as known after a step (-) in the increment: no second look is needed there.
+    /// Points whose flow stress is as good as known after a step (-) in the increment: no second look is
+    /// needed there.
     fn is_known(&self, step: V) -> V::Mask;
 
     /// Flow stress at rest (Pa) at an increment (-) nearby.
@@ -236,7 +238,8 @@ pub(super) mod testing {
         law.local(&trial, increment, &state, 0, zero)
     }
 
-    /// Fails unless the slopes in strain, logarithm of the rate and temperature are central differences of the stress.
+    /// Fails unless the slopes in strain, logarithm of the rate and temperature are central differences of
+    /// the stress.
     pub(crate) fn match_differences<L: FlowLaw<f64, Local<Double> = Slopes<Double>>>(law: &L, at: At) {
         let stress = |at: At| first(slopes::<Double, L>(law, at).flow.stress);
         let here = slopes::<Double, L>(law, at);

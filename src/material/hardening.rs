@@ -9,10 +9,11 @@
 //!
 //!   with both temperatures absolute.
 //!
-//! Sima and Özel, Int. J. Mach. Tools Manuf. 50 (2010) 943–960, doi:10.1016/j.ijmachtools.2010.08.004, give several
-//! variants; this is the one with exponents a, b, c, d and s, in the form read in mfree_iwf (ETH Zurich; class
-//! `johnson_cook_Sima_2010`, used by Afrasiabi et al. 2019, doi:10.1016/j.ijmecsci.2019.06.045). Below the reference
-//! rate the factor of the rate is 1 here, as in the other law; mfree_iwf has (1 + ε̄̇/ε̇₀)^C there.
+//! Sima and Özel, Int. J. Mach. Tools Manuf. 50 (2010) 943–960, doi:10.1016/j.ijmachtools.2010.08.004, give
+//! several variants; this is the one with exponents a, b, c, d and s, in the form read in mfree_iwf (ETH
+//! Zurich; class `johnson_cook_Sima_2010`, used by Afrasiabi et al. 2019,
+//! doi:10.1016/j.ijmecsci.2019.06.045). Below the reference rate the factor of the rate is 1 here, as in the
+//! other law; mfree_iwf has (1 + ε̄̇/ε̇₀)^C there.
 
 use super::effects::ThermalEffect;
 use super::flow_law::least;
@@ -55,16 +56,16 @@ pub trait Hardening<R: Real>: Clone + Send + Sync + 'static {
     /// * `softening`: S(T) (-)
     fn at_rest(&self, plastic_strain: R, temperature: f64, softening: R) -> R;
 
-    /// About the plastic strain (-) at which hardening alone carries the trial stress: a first guess from above of where a return
-    /// ends whose strain grows by a multiple.
+    /// About the plastic strain (-) at which hardening alone carries the trial stress: a first guess from
+    /// above of where a return ends whose strain grows by a multiple.
     ///
     /// * `plastic_strain`: ε̄ (-) at the start
     /// * `at_rest`: strength without rate there (Pa), above 0
     /// * `trial`: equivalent stress if nothing yielded (Pa)
     fn carrying<V: Vector<Scalar = R>>(&self, plastic_strain: V, at_rest: V, trial: V) -> V;
 
-    /// Strength without rate of points `lane..` at a plastic strain (-), above 0, when their temperature rises by `rise`
-    /// (K).
+    /// Strength without rate of points `lane..` at a plastic strain (-), above 0, when their temperature
+    /// rises by `rise` (K).
     fn strength<V: Vector<Scalar = R>, T: ThermalEffect<R>>(
         &self,
         strain: V,
@@ -262,7 +263,8 @@ impl<R: Real> Hardening<R> for TanhLaw<R> {
 
 /// tanh y and 1 − tanh² y for y ≥ 0.
 ///
-/// From e = exp(−2 y), which loses digits of a small y: there a series up to y⁵, below ε of the precision at hand.
+/// From e = exp(−2 y), which loses digits of a small y: there a series up to y⁵, below ε of the precision at
+/// hand.
 #[inline(always)]
 fn tanh<V: Vector>(y: V) -> (V, V) {
     let one = V::constant(1.0);
@@ -322,7 +324,8 @@ mod tests {
     /// Vector kernel and scalar function are the law, to the rounding of its powers.
     #[test]
     fn both_forms_are_the_published_law() {
-        // In mild and in strong forms: the published exponent s = 0.05 hardly shows errors of the hyperbolic tangent.
+        // In mild and in strong forms: the published exponent s = 0.05 hardly shows errors of the hyperbolic
+        // tangent.
         for tanh in [titanium().tanh, [1.3, 2.0, 1.0, 0.5, 2.0]] {
             let c = Constants { tanh, ..titanium() };
             for (strain, temperature) in STRAINS.iter().flat_map(|&e| TEMPERATURES.map(|t| (e, t))) {
@@ -412,7 +415,8 @@ mod tests {
         }
     }
 
-    /// A strain carries what the strength at it is, cold and softened, from first yield on; without hardening none does.
+    /// A strain carries what the strength at it is, cold and softened, from first yield on; without hardening
+    /// none does.
     #[test]
     fn hardening_carries_its_own_strength() {
         let c = titanium();

@@ -1,14 +1,17 @@
 //! Finite-deformation J2 plasticity with any flow law.
 //!
-//! Elasticity: `elasticity`. With thermal expansion its J is the elastic part, det F over the (1 + α (T − T₀))³ that heat
-//! alone would give; it shrinks whenever the temperature rises, so that points whose temperature stays take no notice.
+//! Elasticity: `elasticity`. With thermal expansion its J is the elastic part, det F over the (1 + α (T −
+//! T₀))³ that heat alone would give; it shrinks whenever the temperature rises, so that points whose
+//! temperature stays take no notice.
 //!
-//! Plasticity: the equivalent stress q = √(3/2 s:s) stays below the flow stress σ_y(ε̄, ε̄̇, T) (`flow_law`; eq. 24 of
-//! Ambati et al. 2011 for Johnson and Cook's). Radial return: `return_mapping`. Damage, where the scene names it, takes its
-//! share of what the undamaged material would carry (`damage`): the state below is that of the undamaged material.
+//! Plasticity: the equivalent stress q = √(3/2 s:s) stays below the flow stress σ_y(ε̄, ε̄̇, T) (`flow_law`;
+//! eq. 24 of Ambati et al. 2011 for Johnson and Cook's). Radial return: `return_mapping`. Damage, where the
+//! scene names it, takes its share of what the undamaged material would carry (`damage`): the state below is
+//! that of the undamaged material.
 //!
-//! A point keeps the flow stress at rest, for Johnson and Cook (A + B ε̄ⁿ) S(T), so that elastic points only compare with
-//! it. Yield and plastic work are those of the Kirchhoff stress; J differs from one by the elastic change of volume alone.
+//! A point keeps the flow stress at rest, for Johnson and Cook (A + B ε̄ⁿ) S(T), so that elastic points only
+//! compare with it. Yield and plastic work are those of the Kirchhoff stress; J differs from one by the
+//! elastic change of volume alone.
 
 use super::damage::{DamageEffect, Undamaged};
 use super::effects::ThermalEffect;
@@ -127,7 +130,8 @@ impl<R: Real, D: Dimension, L: FlowLaw<R>, G: DamageEffect<R>> ConstitutiveModel
         self.law.yield_stress().to_f64() / impedance
     }
 
-    /// At rest, or the equivalent stress where that is higher: a point that yields stands at its flow stress, rate included.
+    /// At rest, or the equivalent stress where that is higher: a point that yields stands at its flow stress,
+    /// rate included.
     fn flow_stress(&self, state: &Self::State, lane: usize) -> f64 {
         let s = D::deviator(|component| state.deviator[component][lane].to_f64());
         let q = (1.5 * contraction::<D>(&s)).sqrt();
@@ -282,7 +286,8 @@ impl<R: Real, D: Dimension, L: FlowLaw<R>, G: DamageEffect<R>> ConstitutiveModel
 }
 
 impl<R: Real, L: FlowLaw<R>, G: DamageEffect<R>> J2Plasticity<R, L, G> {
-    /// Kirchhoff stress (Pa) that points `lane..` carry of the undamaged deviator `s` (Pa) at their volume ratio.
+    /// Kirchhoff stress (Pa) that points `lane..` carry of the undamaged deviator `s` (Pa) at their volume
+    /// ratio.
     #[inline(always)]
     fn carried<D: Dimension, V: Vector<Scalar = R>>(
         &self,

@@ -1,12 +1,14 @@
-//! Library of materials: constants by name, each group with its source, and the rule that joins them with a scene.
+//! Library of materials: constants by name, each group with its source, and the rule that joins them with a
+//! scene.
 //!
-//! The file `resources/materials.toml` is compiled in; the FMU carries the same file in its resources. A material has
-//! four groups of constants (elastic, flow, thermal, damage), each with a `source`, may have one more for each of the laws
-//! `johnson_cook_tanh` (`tanh`) and `zerilli_armstrong`, and no other keys.
+//! The file `resources/materials.toml` is compiled in; the FMU carries the same file in its resources. A
+//! material has four groups of constants (elastic, flow, thermal, damage), each with a `source`, may have one
+//! more for each of the laws `johnson_cook_tanh` (`tanh`) and `zerilli_armstrong`, and no other keys.
 //!
-//! An importer may write every start value back before it initialises the FMU, so a scene that names a material of the
-//! library holds either the start values of the constants or what the user set. The rule of [`resolve`]: with a name of
-//! the library, each constant must be its start or the library's value, and the library's values are used.
+//! An importer may write every start value back before it initialises the FMU, so a scene that names a
+//! material of the library holds either the start values of the constants or what the user set. The rule of
+//! [`resolve`]: with a name of the library, each constant must be its start or the library's value, and the
+//! library's values are used.
 
 use std::fmt::Write;
 use std::sync::LazyLock;
@@ -19,7 +21,8 @@ use crate::scene::{Constants, Law, Material, Scene, ZerilliArmstrong};
 /// Name of the material whose constants are taken from the scene.
 pub const CUSTOM: &str = "custom";
 
-/// Two values count as equal within this share of the larger: a change of unit and back costs a few roundings.
+/// Two values count as equal within this share of the larger: a change of unit and back costs a few
+/// roundings.
 const SAME: f64 = 1e-12;
 
 const EMBEDDED: &str = include_str!("../../resources/materials.toml");
@@ -31,7 +34,8 @@ pub struct Entry {
     pub name: String,
     /// The constants, in SI units.
     pub constants: Constants,
-    /// Laws that it has the constants of; A, B, n, C and m are the same for Johnson and Cook's and its tanh form.
+    /// Laws that it has the constants of; A, B, n, C and m are the same for Johnson and Cook's and its tanh
+    /// form.
     pub laws: Vec<Law>,
     /// Where the constants come from, group by group.
     pub source: String,
@@ -49,8 +53,8 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 
 /// The constants a scene's material stands for.
 ///
-/// `custom` takes the scene's constants. A name of the library takes the library's, and refuses a constant set to
-/// anything but its start ([`Scene::default`]) or the library's value. Ranges are checked elsewhere.
+/// `custom` takes the scene's constants. A name of the library takes the library's, and refuses a constant
+/// set to anything but its start ([`Scene::default`]) or the library's value. Ranges are checked elsewhere.
 pub fn resolve(material: &Material) -> Result<Constants, Error> {
     if material.name == CUSTOM {
         return Ok(material.constants.clone());
@@ -362,7 +366,8 @@ mod tests {
         assert_eq!(resolve(&Scene::default().material), Ok(Scene::default().material.constants));
     }
 
-    /// What mechanics allows: positive stiffness, softening above the reference, ductility falling with tension.
+    /// What mechanics allows: positive stiffness, softening above the reference, ductility falling with
+    /// tension.
     #[test]
     fn constants_lie_in_their_physical_ranges() {
         for Entry { name, constants: c, .. } in entries() {
@@ -407,7 +412,8 @@ mod tests {
         }
     }
 
-    /// A constant of one's own beside a library name is a contradiction, told with name, value and what is allowed.
+    /// A constant of one's own beside a library name is a contradiction, told with name, value and what is
+    /// allowed.
     #[test]
     fn other_constants_are_refused_by_name() {
         let mut asked = material("AISI 1045");
@@ -486,7 +492,8 @@ mod tests {
         }
     }
 
-    /// A misspelt key would silently lose a value, so it is refused with its line; so are doubles and reserved names.
+    /// A misspelt key would silently lose a value, so it is refused with its line; so are doubles and
+    /// reserved names.
     #[test]
     fn damaged_libraries_are_refused() {
         let cases = [

@@ -1,13 +1,14 @@
 //! Materials: what a point of matter answers when it is strained.
 //!
-//! The solver sees [`ConstitutiveModel`] alone. `j2_plasticity` is the model: `elasticity`, a flow law (`flow_law`), damage
-//! (`damage`), joined by the return to the yield surface (`return_mapping`); `viscosity` wraps any model. Flow laws are
-//! `multiplicative` (Johnson–Cook and its tanh form: `hardening` × `rate` × `effects`) and `zerilli_armstrong`;
-//! `library` holds constants by name.
+//! The solver sees [`ConstitutiveModel`] alone. `j2_plasticity` is the model: `elasticity`, a flow law
+//! (`flow_law`), damage (`damage`), joined by the return to the yield surface (`return_mapping`); `viscosity`
+//! wraps any model. Flow laws are `multiplicative` (Johnson–Cook and its tanh form: `hardening` × `rate` ×
+//! `effects`) and `zerilli_armstrong`; `library` holds constants by name.
 //!
-//! To add a flow law: a file here that implements `FlowLaw`, most simply with `Slopes`, an item of `scene::Law` with its
-//! constants, an arm of `setup::with_law`. `j2_plasticity`, `return_mapping` and the other laws stay as they are; what the
-//! present laws compute does not change by a bit (book: *Develop*, "A stranger's walk").
+//! To add a flow law: a file here that implements `FlowLaw`, most simply with `Slopes`, an item of
+//! `scene::Law` with its constants, an arm of `setup::with_law`. `j2_plasticity`, `return_mapping` and the
+//! other laws stay as they are; what the present laws compute does not change by a bit (book: *Develop*, "A
+//! stranger's walk").
 
 pub mod damage;
 pub mod effects;
@@ -33,7 +34,8 @@ pub struct StepSums<V> {
     pub plastic_work: V,
     /// Elastic energy that rising temperatures took, negative where they gave it (J).
     pub thermoelastic: V,
-    /// Work of separation: plastic work past the initiation of damage, and elastic energy that damage releases (J).
+    /// Work of separation: plastic work past the initiation of damage, and elastic energy that damage
+    /// releases (J).
     pub damage_work: V,
     /// Work of artificial viscosity (J).
     pub viscous_work: V,
@@ -77,8 +79,8 @@ pub struct PointReport {
 
 /// A constitutive model: from the increment of the displacement gradient to stress.
 ///
-/// Stress is Kirchhoff's, τ = J σ: with it the internal force −V₀ τ ∇N and the stress power V₀ τ : d need no present
-/// volume.
+/// Stress is Kirchhoff's, τ = J σ: with it the internal force −V₀ τ ∇N and the stress power V₀ τ : d need no
+/// present volume.
 pub trait ConstitutiveModel<R: Real, D: Dimension>: Clone + Send + Sync + 'static {
     /// What it keeps per point.
     type State: PointState<R>;
@@ -92,18 +94,21 @@ pub trait ConstitutiveModel<R: Real, D: Dimension>: Clone + Send + Sync + 'stati
     /// Speed of the fastest wave (m/s) when no point's volume ratio exceeds `volume_ratio` (-).
     fn sound_speed(&self, volume_ratio: f64) -> f64;
 
-    /// The same where points move at `fastest` (m/s) at most, for the time step: viscosity makes it appear faster.
+    /// The same where points move at `fastest` (m/s) at most, for the time step: viscosity makes it appear
+    /// faster.
     fn signal_speed(&self, volume_ratio: f64, fastest: f64) -> f64 {
         let _ = fastest;
         self.sound_speed(volume_ratio)
     }
 
-    /// Volume strain (-) whose pressure equals the yield stress at the start; infinite for a material that never yields.
+    /// Volume strain (-) whose pressure equals the yield stress at the start; infinite for a material that
+    /// never yields.
     fn yield_volume_strain(&self) -> f64 {
         f64::INFINITY
     }
 
-    /// Speed (m/s) that stress at yield gives a free surface, σ_y/(ρ c); infinite for a material that never yields.
+    /// Speed (m/s) that stress at yield gives a free surface, σ_y/(ρ c); infinite for a material that never
+    /// yields.
     fn yield_speed(&self) -> f64 {
         f64::INFINITY
     }
@@ -143,8 +148,8 @@ pub trait ConstitutiveModel<R: Real, D: Dimension>: Clone + Send + Sync + 'stati
         self.volume_ratio(state, lane)
     }
 
-    /// Gives the point at `lane` another elastic volume ratio (-); returns by how much its elastic energy falls per volume at
-    /// the start (J/m3).
+    /// Gives the point at `lane` another elastic volume ratio (-); returns by how much its elastic energy
+    /// falls per volume at the start (J/m3).
     fn set_volume_ratio(&self, state: &mut Self::State, lane: usize, volume_ratio: f64) -> f64;
 
     /// Temperature (K) of the point at `lane`.
@@ -157,8 +162,9 @@ pub trait ConstitutiveModel<R: Real, D: Dimension>: Clone + Send + Sync + 'stati
         false
     }
 
-    /// Gives the point at `lane` another temperature (K), with the flow stress at rest and the elastic volume ratio that go
-    /// with it at the same det F; returns by how much its elastic energy falls per volume at the start (J/m3).
+    /// Gives the point at `lane` another temperature (K), with the flow stress at rest and the elastic volume
+    /// ratio that go with it at the same det F; returns by how much its elastic energy falls per volume at
+    /// the start (J/m3).
     ///
     /// For models that keep a temperature only; a scene without one has no pass that would call it.
     fn set_temperature(&self, _state: &mut Self::State, lane: usize, temperature: f64) -> f64 {

@@ -1,11 +1,13 @@
-//! Flow laws that are a product: strength over strain and temperature (`hardening`), rate (`rate`), softening (`effects`).
+//! Flow laws that are a product: strength over strain and temperature (`hardening`), rate (`rate`), softening
+//! (`effects`).
 //!
-//! σ_y = (A + B ε̄ⁿ) R(ε̄̇) S(T) of Johnson and Cook (1983), with R = 1 or S = 1 where the scene names no such effect, or
-//! that of another law of hardening.
+//! σ_y = (A + B ε̄ⁿ) R(ε̄̇) S(T) of Johnson and Cook (1983), with R = 1 or S = 1 where the scene names no
+//! such effect, or that of another law of hardening.
 //!
-//! Hardening and softening, each with a power, are as good as parabolas over what a guess misses an increment by; the rate's
-//! logarithm is not. So each step solves the return for the rate with those parabolas (`RateEffect::solve`), at a logarithm
-//! a try and nothing else, and one evaluation of the strength is enough for most returns of a cut.
+//! Hardening and softening, each with a power, are as good as parabolas over what a guess misses an increment
+//! by; the rate's logarithm is not. So each step solves the return for the rate with those parabolas
+//! (`RateEffect::solve`), at a logarithm a try and nothing else, and one evaluation of the strength is enough
+//! for most returns of a cut.
 
 use super::effects::{Adiabatic, ThermalEffect};
 use super::flow_law::{Ahead, FlowLaw, LocalFlow, Trial, Tried, least, tiny};
@@ -25,7 +27,8 @@ pub struct Multiplicative<H, Q, T> {
     thermal: T,
 }
 
-/// A hardening with rate and adiabatic heat that softens: the one kernel of all but plain Johnson and Cook in the plane.
+/// A hardening with rate and adiabatic heat that softens: the one kernel of all but plain Johnson and Cook in
+/// the plane.
 pub type WithRateAndHeat<R, H> = Multiplicative<H, RateDependent<R>, Adiabatic<R, true>>;
 
 /// Johnson and Cook's law with all of its factors.
@@ -72,8 +75,8 @@ impl<R: Real, H: Hardening<R>, Q: RateEffect<R>, T: ThermalEffect<R>> FlowLaw<R>
     #[inline(always)]
     fn first_guess<V: Vector<Scalar = R>>(&self, trial: &Trial<V>, guess: V, high: V) -> V {
         let mut guess = guess;
-        // Where the strain grows by a multiple, above all where a point yields for the first time, the slope of hardening says
-        // little about where it leads; the power does.
+        // Where the strain grows by a multiple, above all where a point yields for the first time, the slope
+        // of hardening says little about where it leads; the power does.
         let mut most = high;
         let grows = guess.gt(trial.strain);
         if (trial.yields & grows).any() {
@@ -187,8 +190,8 @@ impl<V: Vector> Ahead<V> for Root<V> {
     #[inline(always)]
     fn is_known(&self, step: V) -> V::Mask {
         let (zero, one) = (V::constant(0.0), V::constant(1.0));
-        // What parabolas, or lines for a law without second derivatives, miss is of the third, or second, order in the step
-        // over the strain and over what has softened: below the tolerance with these.
+        // What parabolas, or lines for a law without second derivatives, miss is of the third, or second,
+        // order in the step over the strain and over what has softened: below the tolerance with these.
         let near = V::constant(match (self.curves, V::Scalar::IS_SINGLE) {
             (true, false) => 5e-5,
             (false, false) => 7e-7,

@@ -1,4 +1,5 @@
-//! Rate as a factor on the flow stress, with a twin that does nothing, and the return to the yield surface solved for it.
+//! Rate as a factor on the flow stress, with a twin that does nothing, and the return to the yield surface
+//! solved for it.
 //!
 //! A type parameter of `multiplicative`: what a scene does not name costs no logarithm.
 
@@ -15,16 +16,19 @@ pub struct KnownReturn<V, K> {
     pub three_mu: V,
     /// What is known of σ.
     pub strength: K,
-    /// Least steepness 3μ + (σ R)' to divide by (Pa): a law that softens faster has no root that the slope tells of.
+    /// Least steepness 3μ + (σ R)' to divide by (Pa): a law that softens faster has no root that the slope
+    /// tells of.
     pub least: V,
 }
 
 /// What is known of the strength at rest.
 pub trait KnownStrength<V>: Copy {
-    /// Most logarithms of one `RateDependent::solve`: one or two from a good start, one for each factor of ten from a bad one.
+    /// Most logarithms of one `RateDependent::solve`: one or two from a good start, one for each factor of
+    /// ten from a bad one.
     const MOST_LOGARITHMS: usize;
 
-    /// Strength at rest (Pa) at the increment y (-) and its first two derivatives (Pa), none where it is taken as constant.
+    /// Strength at rest (Pa) at the increment y (-) and its first two derivatives (Pa), none where it is
+    /// taken as constant.
     fn at(&self, y: V) -> (V, Option<[V; 2]>);
 }
 
@@ -79,8 +83,9 @@ impl<V: Vector> KnownStrength<V> for Nearby<V> {
 const SERIES: f64 = 0.3;
 
 impl<V: Vector, K: KnownStrength<V>> KnownReturn<V, K> {
-    /// The way from y to the root of the residual f, from f and three derivatives at y: Newton's step d = −f/f′ if it is long, else
-    /// the inverted series d − a d² + (2a² − b) d³ with a = f″/2f′ and b = f‴/6f′, whose error is of fourth order in d/y.
+    /// The way from y to the root of the residual f, from f and three derivatives at y: Newton's step d =
+    /// −f/f′ if it is long, else the inverted series d − a d² + (2a² − b) d³ with a = f″/2f′ and b = f‴/6f′,
+    /// whose error is of fourth order in d/y.
     ///
     /// * `y`: the increment and one over it (-)
     /// * `rate`: the rate's factor R at y (-) and its derivative R′; the next ones are −R′/y and 2R′/y²
@@ -123,7 +128,8 @@ pub trait RateEffect<R: Real>: Copy + Send + Sync + 'static {
     /// * `dt`: substep (s)
     fn factor<V: Vector<Scalar = R>>(&self, increment: V, dt: R) -> V;
 
-    /// The increment y (-) that solves `law`, and the lanes where it is found to the last digits, if not far from the start.
+    /// The increment y (-) that solves `law`, and the lanes where it is found to the last digits, if not far
+    /// from the start.
     ///
     /// * `start`: where to begin (-), positive, with the factor there
     /// * `near`: last step over y (-) from which on the next one, of fourth order in it, is left out
@@ -157,13 +163,15 @@ impl<R: Real> RateEffect<R> for RateIndependent {
         _near: V,
         wanted: V::Mask,
     ) -> (V, V::Mask) {
-        // Enough from a start as near as that of a return's last step; exact where the strength stays as it is.
+        // Enough from a start as near as that of a return's last step; exact where the strength stays as it
+        // is.
         let (zero, one) = (V::constant(0.0), V::constant(1.0));
         (start + law.step([start, zero], [one, zero]), wanted)
     }
 }
 
-/// Johnson and Cook's 1 + C ln(ε̄̇/ε̇₀), and 1 below the reference rate ε̇₀, where the logarithm would soften.
+/// Johnson and Cook's 1 + C ln(ε̄̇/ε̇₀), and 1 below the reference rate ε̇₀, where the logarithm would
+/// soften.
 #[derive(Clone, Copy, Debug)]
 pub struct RateDependent<R> {
     /// C (-).
@@ -190,10 +198,11 @@ impl<R: Real> RateEffect<R> for RateDependent<R> {
         V::splat(self.coefficient).mul_add(ln(relative.max(one)), one)
     }
 
-    /// At the reference rate the factor has a kink, across which Newton steps would go to and fro: each lane looks on one side of
-    /// it. Above, the residual falls and is convex, so that Newton's steps from the left never pass the root, and series by no
-    /// more than they miss; below, the factor is one. A step below that leads across goes on above from the kink; a step that
-    /// leads from the kink to the left goes on below, from the start, where parabolas hold, and stays there.
+    /// At the reference rate the factor has a kink, across which Newton steps would go to and fro: each lane
+    /// looks on one side of it. Above, the residual falls and is convex, so that Newton's steps from the left
+    /// never pass the root, and series by no more than they miss; below, the factor is one. A step below that
+    /// leads across goes on above from the kink; a step that leads from the kink to the left goes on below,
+    /// from the start, where parabolas hold, and stays there.
     #[inline(always)]
     fn solve<V: Vector<Scalar = R>, K: KnownStrength<V>>(
         &self,
@@ -238,7 +247,8 @@ mod tests {
     use super::*;
     use crate::simd::testing::{Double as V, first};
 
-    /// The logarithm hardens above the reference rate and would soften below it, where the factor is one by definition.
+    /// The logarithm hardens above the reference rate and would soften below it, where the factor is one by
+    /// definition.
     #[test]
     fn rate_factor_is_the_logarithm_above_the_reference_rate_and_one_below() {
         let rate = RateDependent { coefficient: 0.014, reference: 2.0 };

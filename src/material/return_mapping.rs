@@ -4,10 +4,11 @@
 //!
 //! f(x) = q_trial − 3μ x − σ_y(ε̄ + x, x/Δt, T(x)) = 0.
 //!
-//! f(0) > 0 because the point yields, f(q_trial/3μ) ≤ 0 because a flow stress is not negative, and f is continuous:
-//! a bracket holds a root from first yield on, where the slopes of ε̄ⁿ and of ln ε̄̇ are without bound and plain
-//! Newton steps can miss it. That f falls is not needed: a law that softens with strain faster than 3μ gives several
-//! roots, of which the bracket keeps one (tests/material_point.rs, `softening_returns_end_on_the_yield_surface`).
+//! f(0) > 0 because the point yields, f(q_trial/3μ) ≤ 0 because a flow stress is not negative, and f is
+//! continuous: a bracket holds a root from first yield on, where the slopes of ε̄ⁿ and of ln ε̄̇ are without
+//! bound and plain Newton steps can miss it. That f falls is not needed: a law that softens with strain
+//! faster than 3μ gives several roots, of which the bracket keeps one (tests/material_point.rs,
+//! `softening_returns_end_on_the_yield_surface`).
 
 use super::StepSums;
 use super::damage::{DamageEffect, Yielding};
@@ -17,15 +18,15 @@ use super::flow_law::{Ahead, FlowLaw, LocalFlow, Trial, Tried, least};
 use crate::points::Column;
 use crate::simd::{Kernel, Mask, Real, Simd, Vector};
 
-/// Most evaluations of the strength in one return. One or two suffice; a law steeper than 3μ, whose slope says little, takes up
-/// to 100.
+/// Most evaluations of the strength in one return. One or two suffice; a law steeper than 3μ, whose slope
+/// says little, takes up to 100.
 const MAX_EVALUATIONS: usize = 120;
 
 /// State of the thermal part of a law.
 type ThermalState<L, R> = <<L as FlowLaw<R>>::Thermal as ThermalEffect<R>>::State;
 
-/// A radial return of points `lane..`: their material and state, and what yields. A kernel of its own, as neither dimension nor
-/// shape function matters to it; it gives the factor on the deviator.
+/// A radial return of points `lane..`: their material and state, and what yields. A kernel of its own, as
+/// neither dimension nor shape function matters to it; it gives the factor on the deviator.
 pub(super) struct Return<'a, V: Vector, L: FlowLaw<V::Scalar>, G: DamageEffect<V::Scalar>> {
     pub elasticity: &'a Elasticity<V::Scalar>,
     pub law: &'a L,
@@ -94,8 +95,8 @@ impl<V: Vector, L: FlowLaw<V::Scalar>, G: DamageEffect<V::Scalar>> Kernel<V::Sca
             let heating = [heat(stress - three_mu * x), heat(-three_mu)];
             let ahead = local.ahead(&trial, &Tried { increment: x, residual, heating });
             let root = ahead.increment();
-            // Outside the bracket, or where steps go to and fro: the geometric mean, because the root may lie many orders
-            // below the upper end.
+            // Outside the bracket, or where steps go to and fro: the geometric mean, because the root may lie
+            // many orders below the upper end.
             let stalls = residual.abs().gt(V::constant(0.5) * last);
             last = residual.abs();
             let mean = (low / high).max(V::constant(1e-9)).sqrt() * high;
@@ -110,8 +111,8 @@ impl<V: Vector, L: FlowLaw<V::Scalar>, G: DamageEffect<V::Scalar>> Kernel<V::Sca
                 break;
             }
         }
-        // Plastic work by the trapezoidal rule. A point that was already yielding started at its own stress; one that
-        // was elastic crossed the flow stress at rest.
+        // Plastic work by the trapezoidal rule. A point that was already yielding started at its own stress;
+        // one that was elastic crossed the flow stress at rest.
         let start = squares[0].sqrt().max(at_rest);
         let work = V::constant(0.5) * (start + flow) * x;
         let x = V::select(yields, x, zero);

@@ -1,18 +1,20 @@
-//! Artificial bulk viscosity around another model: it spreads shocks over a few cells, so that they do not ring.
+//! Artificial bulk viscosity around another model: it spreads shocks over a few cells, so that they do not
+//! ring.
 //!
 //! Where material closes in, at a rate e = −tr d > 0, a pressure
 //!
 //! p = ρ L e (b₁ c + b₂² L e)
 //!
-//! is added: the linear term of Landshoff (1955, LA-1930), which damps ringing behind the front, and the quadratic one of
-//! von Neumann and Richtmyer (1950, doi:10.1063/1.1699639), which keeps a strong front from collapsing to less than a
-//! cell. b₁ = 0.06 and b₂ = 1.2 are the usual constants of explicit finite-element codes. L is the cell length, c the
-//! speed of sound at rest. Kirchhoff's J p needs no present density: J ρ = ρ₀.
+//! is added: the linear term of Landshoff (1955, LA-1930), which damps ringing behind the front, and the
+//! quadratic one of von Neumann and Richtmyer (1950, doi:10.1063/1.1699639), which keeps a strong front from
+//! collapsing to less than a cell. b₁ = 0.06 and b₂ = 1.2 are the usual constants of explicit finite-element
+//! codes. L is the cell length, c the speed of sound at rest. Kirchhoff's J p needs no present density: J ρ =
+//! ρ₀.
 //!
-//! A type parameter, because its pressure is kept per point: the forces of the next substep, also after a sort, are made
-//! of it. Time step: with Q = b₁ c + b₂² L e the fastest signal is Q + √(Q² + c²); L e is bounded by twice the speed of
-//! the fastest point. Its work, with the mean pressure of a substep as everywhere in the ledger, is
-//! `StepSums::viscous_work` and heats nothing.
+//! A type parameter, because its pressure is kept per point: the forces of the next substep, also after a
+//! sort, are made of it. Time step: with Q = b₁ c + b₂² L e the fastest signal is Q + √(Q² + c²); L e is
+//! bounded by twice the speed of the fastest point. Its work, with the mean pressure of a substep as
+//! everywhere in the ledger, is `StepSums::viscous_work` and heats nothing.
 
 use super::{ConstitutiveModel, PointReport, StepSums};
 use crate::dimension::Dimension;

@@ -2,16 +2,19 @@
 //!
 //! σ_y = M(T) (C₀ + C₁ exp(−C₃ T + C₄ T ln ε̄̇) + C₅ ε̄ⁿ),  T absolute, ε̄̇ over 1/s.
 //!
-//! F. J. Zerilli and R. W. Armstrong, J. Appl. Phys. 61 (1987) 1816–1825, doi:10.1063/1.338024, without M. The heat of
-//! activation is stress at 0 K, C₁, times what heat leaves of it, and heat leaves more the faster the material flows.
+//! F. J. Zerilli and R. W. Armstrong, J. Appl. Phys. 61 (1987) 1816–1825, doi:10.1063/1.338024, without M.
+//! The heat of activation is stress at 0 K, C₁, times what heat leaves of it, and heat leaves more the faster
+//! the material flows.
 //!
 //! Where the formula is silent or would mislead, this is done:
 //!
-//! * Rates below 1/s count as 1/s, as Johnson and Cook's below their reference: flow stress at rest is that at 1/s.
+//! * Rates below 1/s count as 1/s, as Johnson and Cook's below their reference: flow stress at rest is that
+//!   at 1/s.
 //! * C₄ ln ε̄̇ counts up to C₃, where the middle term is C₁: no rate makes the metal stronger than at 0 K.
-//! * Hardening C₅ ε̄ⁿ does not soften, so the formula leaves most of the strength to a melt. M(T) ends it: 1 up to
-//!   [`MELTING_RANGE`] (K) below the melting temperature, from there to 0 at melting on a straight line. Above there is no shear
-//!   strength and no plastic work, while the pressure stays elastic, as with Johnson and Cook.
+//! * Hardening C₅ ε̄ⁿ does not soften, so the formula leaves most of the strength to a melt. M(T) ends it: 1
+//!   up to [`MELTING_RANGE`] (K) below the melting temperature, from there to 0 at melting on a straight
+//!   line. Above there is no shear strength and no plastic work, while the pressure stays elastic, as with
+//!   Johnson and Cook.
 //! * Cold is not limited: below room temperature the metal is stronger, as the formula has it.
 
 use super::effects::{Adiabatic, ThermalEffect};
@@ -20,8 +23,8 @@ use crate::scene::Constants;
 use crate::simd::math::{exp, ln, pow};
 use crate::simd::{Mask, Real, Vector};
 
-/// Width of the range below the melting temperature in which strength ends (K): between solidus and liquidus of a carbon
-/// steel lie some tens of kelvin (assumed).
+/// Width of the range below the melting temperature in which strength ends (K): between solidus and liquidus
+/// of a carbon steel lie some tens of kelvin (assumed).
 pub const MELTING_RANGE: f64 = 50.0;
 
 /// Least strength that guards may count on (Pa): the lower end of what `material.yield_stress` may be.
@@ -204,7 +207,8 @@ mod tests {
             let value = first(slopes::<Double, _>(&double, at).flow.stress);
             let rounded = first(slopes::<Single, _>(&single, at).flow.stress);
             assert!((value / exact - 1.0).abs() < 1e-13, "{value:e} Pa at {at:?}, exact {exact:e} Pa");
-            // ε of single precision times the exponent of a few, and the subtraction that the strain comes from.
+            // ε of single precision times the exponent of a few, and the subtraction that the strain comes
+            // from.
             assert!((rounded / exact - 1.0).abs() < 5e-6, "{rounded:e} Pa at {at:?}, exact {exact:e} Pa");
             let still = At { rate: 1.0, ..at };
             let (value, kernel) =
@@ -254,9 +258,10 @@ mod tests {
         );
     }
 
-    /// The set is of the same tests as the library's Johnson–Cook set of the material (Jaspers and Dautzenberg), so in the
-    /// range of these both laws must tell about the same stress: within 1 % slow and cold, where both were fitted to one
-    /// curve, within 20 % in the split Hopkinson bars. A slip of a digit would not.
+    /// The set is of the same tests as the library's Johnson–Cook set of the material (Jaspers and
+    /// Dautzenberg), so in the range of these both laws must tell about the same stress: within 1 % slow and
+    /// cold, where both were fitted to one curve, within 20 % in the split Hopkinson bars. A slip of a digit
+    /// would not.
     #[test]
     fn both_laws_of_one_source_agree_in_the_range_of_its_tests() {
         let c = steel();

@@ -1,11 +1,12 @@
 //! What is measured on a cut part afterwards: profiles under the machined surface and along the rake face.
 //!
-//! Both sort points into bins of equal width and give, per bin, the mass-weighted mean of each quantity and its
-//! standard deviation over the bin's points: x̄ = Σ m x / Σ m, s² = Σ m (x − x̄)² / Σ m. A bin is one cell wide (two
-//! point spacings): finer structure than a cell is not resolved. Bins without points have no row.
+//! Both sort points into bins of equal width and give, per bin, the mass-weighted mean of each quantity and
+//! its standard deviation over the bin's points: x̄ = Σ m x / Σ m, s² = Σ m (x − x̄)² / Σ m. A bin is one
+//! cell wide (two point spacings): finer structure than a cell is not resolved. Bins without points have no
+//! row.
 //!
-//! The stress under the surface is that of the frame's instant: still hot and still ringing right behind the tool. It is the
-//! residual stress of the finished part only after unloading and cooling.
+//! The stress under the surface is that of the frame's instant: still hot and still ringing right behind the
+//! tool. It is the residual stress of the finished part only after unloading and cooling.
 
 use std::fmt::Write as _;
 
@@ -19,10 +20,12 @@ pub const RAKE_QUANTITIES: [&str; 4] =
     ["contact_pressure (Pa)", "shear_stress (Pa)", "mean_pressure (Pa)", "temperature (K)"];
 /// Width of a bin in point spacings (-): one cell.
 const BIN: f64 = 2.0;
-/// Distances to the rake face between which points count, in bins (-). In the first cell points pile up, and their volumes
-/// overlap: their mean pressure missed 40 % of the force in the reference cut, that of the two cells behind it 7 %.
+/// Distances to the rake face between which points count, in bins (-). In the first cell points pile up, and
+/// their volumes overlap: their mean pressure missed 40 % of the force in the reference cut, that of the two
+/// cells behind it 7 %.
 const NEAR: [f64; 2] = [1.0, 3.0];
-/// Points up to this far above the cutting plane, in bins, count into the first one: the surface springs back (-).
+/// Points up to this far above the cutting plane, in bins, count into the first one: the surface springs back
+/// (-).
 const SPRING_BACK: f64 = 0.5;
 /// Distance kept from the tool's edge and from the side where the tool came in, in feeds (-).
 const CLEAR: f64 = 1.0;
@@ -82,7 +85,8 @@ pub fn lowest_point(outline: &[[f64; 2]]) -> Option<[f64; 2]> {
     outline.iter().copied().min_by(|a, b| a[1].total_cmp(&b[1]))
 }
 
-/// The stretch of machined surface (x from, x to; m) that is one feed clear of the edge and of the side where the tool came in.
+/// The stretch of machined surface (x from, x to; m) that is one feed clear of the edge and of the side where
+/// the tool came in.
 ///
 /// * `edge`: x of the tool's lowest point (m)
 /// * `length`: the workpiece's, whose right side the tool entered (m)
@@ -116,8 +120,8 @@ pub fn under_surface(fields: &PointFields, stretch: [f64; 2], plane: f64, spacin
 /// Profile along the rake face, over the distance from where it leaves the edge, of the points one to three
 /// cells off it; the face itself is hotter than they are.
 ///
-/// With the normal n out of the tool and t up along the face: contact pressure −n·σn, shear stress t·σn (positive where the
-/// tool holds the chip back), mean pressure −tr σ / 3, temperature.
+/// With the normal n out of the tool and t up along the face: contact pressure −n·σn, shear stress t·σn
+/// (positive where the tool holds the chip back), mean pressure −tr σ / 3, temperature.
 ///
 /// * `spacing`: distance of points at the start (m)
 ///
@@ -169,7 +173,8 @@ fn binned<const N: usize>(width: f64, samples: impl Iterator<Item = (f64, f64, [
     rows
 }
 
-/// The rows as lines of a table with a head of names and units; each mean is followed by its standard deviation.
+/// The rows as lines of a table with a head of names and units; each mean is followed by its standard
+/// deviation.
 ///
 /// * `place`: name and unit of the place, such as "depth (m)"
 pub fn table<const N: usize>(place: &str, quantities: [&str; N], rows: &[Row<N>]) -> String {
@@ -207,8 +212,8 @@ mod tests {
         fields
     }
 
-    /// A field that depends on depth alone in known functions comes back, each component in its own column; what lies
-    /// outside the stretch (a thousandfold field) leaves no trace.
+    /// A field that depends on depth alone in known functions comes back, each component in its own column;
+    /// what lies outside the stretch (a thousandfold field) leaves no trace.
     #[test]
     fn a_known_field_comes_back_by_depth() {
         let plane = 7e-4;
@@ -224,7 +229,8 @@ mod tests {
         let rows = under_surface(&fields, [6e-4, 12e-4], plane, 1e-5);
         assert_eq!(rows.len(), 35, "0.7 mm in bins of 20 µm");
         for row in &rows {
-            // Two layers of points, half a spacing above and below the middle; the plane's own layer above it is in the first.
+            // Two layers of points, half a spacing above and below the middle; the plane's own layer above it
+            // is in the first.
             if row.place < 2e-5 {
                 continue;
             }
@@ -252,8 +258,9 @@ mod tests {
         assert_eq!((rows[1].place, rows[1].mean[0], rows[1].spread[0]), (2.5, 1.0, 0.0));
     }
 
-    /// On an inclined face under a uniform stress the traction is σn with the face's own normal, whatever the angle: with
-    /// σ = −p n⊗n + τ (n⊗t + t⊗n) it is pressure p and shear τ; points nearer and further do not count.
+    /// On an inclined face under a uniform stress the traction is σn with the face's own normal, whatever the
+    /// angle: with σ = −p n⊗n + τ (n⊗t + t⊗n) it is pressure p and shear τ; points nearer and further do not
+    /// count.
     #[test]
     fn tractions_are_those_of_the_inclined_face() {
         let (p, tau, rake) = (2e9, 0.4e9, 0.2_f64);
@@ -286,7 +293,8 @@ mod tests {
             let [normal, shear, mean, temperature] = row.mean;
             assert!((normal - p).abs() < 10.0 && (shear - tau).abs() < 10.0, "{row:?}");
             assert!((mean - (p + 0.5e9) / 3.0).abs() < 10.0, "{row:?}");
-            // A bin's points lie up to three cells beside the face and half a bin along it: 100 K per mm over some 20 µm.
+            // A bin's points lie up to three cells beside the face and half a bin along it: 100 K per mm over
+            // some 20 µm.
             assert!((temperature - 500.0 - 1e5 * row.place * ty).abs() < 4.0, "{row:?}");
         }
     }

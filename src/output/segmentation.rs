@@ -1,25 +1,26 @@
 //! Shear bands of the chip: how many, how far apart, how pronounced, and the frequency at which they form.
 //!
-//! The equivalent plastic strain is followed along a fibre of the chip: the points that stood between a third and 0.467 of the
-//! feed above the cutting plane before the cut (0.10 to 0.14 mm of 0.3 mm), over their distance s along the cut from the
-//! side where the tool came in. Material coordinates do not curl with the chip, and need no search for its outline. The
-//! fibre is sampled in bins of one point spacing, from one feed behind the entry to one feed behind the edge, where it has
-//! passed the shear zone.
+//! The equivalent plastic strain is followed along a fibre of the chip: the points that stood between a third
+//! and 0.467 of the feed above the cutting plane before the cut (0.10 to 0.14 mm of 0.3 mm), over their
+//! distance s along the cut from the side where the tool came in. Material coordinates do not curl with the
+//! chip, and need no search for its outline. The fibre is sampled in bins of one point spacing, from one feed
+//! behind the entry to one feed behind the edge, where it has passed the shear zone.
 //!
-//! A band is a maximum of that strain, averaged over three bins, whose prominence (its height over the higher of the
-//! two lowest strains between it and higher maxima or the ends) exceeds
+//! A band is a maximum of that strain, averaged over three bins, whose prominence (its height over the higher
+//! of the two lowest strains between it and higher maxima or the ends) exceeds
 //!
 //! * 0.1 of the mean strain, and
-//! * 6 standard deviations of what noise is left in a mean of three: σ/√3, with σ² the mean square of the second differences
-//!   over 6, which is the variance of white noise (von Neumann and others 1941, for first differences).
+//! * 6 standard deviations of what noise is left in a mean of three: σ/√3, with σ² the mean square of the
+//!   second differences over 6, which is the variance of white noise (von Neumann and others 1941, for first
+//!   differences).
 //!
-//! A maximum at the fibre's end has only one flank and does not count. From three bands on, the spacing is the mean of
-//! their distances; with fewer the estimator says that it found none. Each maximum is known to a bin, so the mean spacing
-//! of n bands to √2 bins / (n − 1). Waves that short look like noise to second differences, so spacings below eight bins (four
-//! cells) are not resolved and count as none.
+//! A maximum at the fibre's end has only one flank and does not count. From three bands on, the spacing is
+//! the mean of their distances; with fewer the estimator says that it found none. Each maximum is known to a
+//! bin, so the mean spacing of n bands to √2 bins / (n − 1). Waves that short look like noise to second
+//! differences, so spacings below eight bins (four cells) are not resolved and count as none.
 //!
-//! The spacing is that of the uncut material, so the frequency is cutting speed / spacing, at the speed of the moment;
-//! in the chip the bands stand closer by the chip compression, feed / chip thickness.
+//! The spacing is that of the uncut material, so the frequency is cutting speed / spacing, at the speed of
+//! the moment; in the chip the bands stand closer by the chip compression, feed / chip thickness.
 
 use crate::output::point_fields::PointFields;
 use crate::scene::lattice::StartLattice;
@@ -48,7 +49,8 @@ pub struct Bands {
     pub spread: f64,
     /// To how much the mean distance is known (m): √2 bins / (bands − 1); 0 without a spacing.
     pub resolution: f64,
-    /// Rms of the strain less its moving mean over 0.8 feeds, over its mean (-); 0 on a fibre shorter than that.
+    /// Rms of the strain less its moving mean over 0.8 feeds, over its mean (-); 0 on a fibre shorter than
+    /// that.
     pub contrast: f64,
 }
 
@@ -120,7 +122,8 @@ pub fn bands(strain: &[f64], bin: f64, feed: f64) -> Bands {
     }
 }
 
-/// Height of a maximum over the higher of the lowest values on its two sides, each side up to a higher value or the end.
+/// Height of a maximum over the higher of the lowest values on its two sides, each side up to a higher value
+/// or the end.
 fn prominence(values: &[f64], at: usize) -> f64 {
     let top = values[at];
     let base = |side: &mut dyn Iterator<Item = &f64>| {
@@ -177,7 +180,8 @@ mod tests {
         (0..count).map(|_| (0..12).map(|_| uniform()).sum::<f64>() - 6.0).collect()
     }
 
-    /// Bands at a known distance come back within the stated resolution, for sine and for narrow bands, with noise.
+    /// Bands at a known distance come back within the stated resolution, for sine and for narrow bands, with
+    /// noise.
     #[test]
     fn a_known_spacing_comes_back() {
         for period in [8.5, 10.0, 14.0, 21.3] {
@@ -222,7 +226,8 @@ mod tests {
         assert_eq!(bands(&[], 1e-5, 3e-4), Bands::default());
     }
 
-    /// Waves of a twentieth of the mean are no bands, two bands have no spacing, and waves shorter than four cells none.
+    /// Waves of a twentieth of the mean are no bands, two bands have no spacing, and waves shorter than four
+    /// cells none.
     #[test]
     fn weak_few_and_short_waves_are_none() {
         let wave = |height: f64, period: f64, count: usize| -> Vec<f64> {
@@ -238,7 +243,8 @@ mod tests {
         }
     }
 
-    /// A sine of amplitude a about 1 has the contrast a/√2 where its period divides the window; an even fibre has none.
+    /// A sine of amplitude a about 1 has the contrast a/√2 where its period divides the window; an even fibre
+    /// has none.
     #[test]
     fn contrast_is_the_rms_of_the_waves() {
         // The window is 25 bins, the period as well: its moving mean is the mean.
@@ -249,8 +255,8 @@ mod tests {
         assert!((contrast - 0.2 / 2.0_f64.sqrt()).abs() < 2e-3, "contrast {contrast}");
     }
 
-    /// The fibre is taken by where points stood, not by where they are: strains written by start place come back in order
-    /// from the entry, wherever the chip has gone.
+    /// The fibre is taken by where points stood, not by where they are: strains written by start place come
+    /// back in order from the entry, wherever the chip has gone.
     #[test]
     fn a_fibre_follows_its_material() {
         let lattice = StartLattice::new([3e-3, 1e-3, 1e-3], 1e-5, 2);

@@ -1,9 +1,10 @@
 //! ParaView files: the points as a VTU file, the tool's outline as a VTP file, and the VTU read back.
 //!
-//! Both are VTK XML files with appended raw binary data (VTK file formats, "XML file formats"): a short XML head says
-//! which array begins where; behind the `_` follow the arrays, each led by its length in bytes as a 64-bit integer.
-//! Everything is little endian. Numbers are stored as 32-bit floats: 7 digits are more than a picture shows, at half
-//! the size. Every file names the program's version and the run's parameters, as field data and as a comment.
+//! Both are VTK XML files with appended raw binary data (VTK file formats, "XML file formats"): a short XML
+//! head says which array begins where; behind the `_` follow the arrays, each led by its length in bytes as a
+//! 64-bit integer. Everything is little endian. Numbers are stored as 32-bit floats: 7 digits are more than a
+//! picture shows, at half the size. Every file names the program's version and the run's parameters, as field
+//! data and as a comment.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -226,8 +227,8 @@ impl Appended {
 /// Ending of a file that is being written.
 pub const PART: &str = ".part";
 
-/// Writes a file beside its place and moves it there, so that a reader finds the old or the new one, never half: not even
-/// when the program is killed meanwhile, which leaves a file that ends in `.part`.
+/// Writes a file beside its place and moves it there, so that a reader finds the old or the new one, never
+/// half: not even when the program is killed meanwhile, which leaves a file that ends in `.part`.
 ///
 /// # Errors
 /// `Error::File` when it cannot be written.

@@ -1,34 +1,41 @@
-//! Smoothed increments: the material is strained by velocities that the points can follow, and substeps may be twice as long.
+//! Smoothed increments: the material is strained by velocities that the points can follow, and substeps may
+//! be twice as long.
 //!
 //! FLIP gives the nodes' increments Δv to the points, and what comes back to the nodes is P Δv, with
 //!
 //! P_ij = m_ij/m_i,  m_ij = Σ_p m_p w_ip w_jp,
 //!
-//! the consistent mass matrix over the lumped one: next to nothing of the shortest waves, and of a node at a surface that holds
-//! next to no mass whatever its neighbours do. Points are moved and strained by v + Δv all the same, and at such nodes it is
-//! this that limits the substep (`setup::courant_limit`). Here they are moved and strained by v + P′Δv instead,
+//! the consistent mass matrix over the lumped one: next to nothing of the shortest waves, and of a node at a
+//! surface that holds next to no mass whatever its neighbours do. Points are moved and strained by v + Δv all
+//! the same, and at such nodes it is this that limits the substep (`setup::courant_limit`). Here they are
+//! moved and strained by v + P′Δv instead,
 //!
 //! (P′Δv)_i = Δv_i − Σ_j m_ij (Δv_i − Δv_j)/m_i
 //!
-//! over the up to eight nodes j a cell away. With all j it would be P; leaving out those that are two cells away saves two
-//! thirds of the work and keeps P′ between P and 1:
+//! over the up to eight nodes j a cell away. With all j it would be P; leaving out those that are two cells
+//! away saves two thirds of the work and keeps P′ between P and 1:
 //!
 //! * P′ takes nothing from uniform motion and keeps momentum: m_ij = m_ji.
-//! * Between P and 1 a substep takes energy out of short waves and gives none while points stay where they are in their cells.
-//!   (With m_ij guessed from the nodes' masses P′ falls below P here and there, and waves grow.)
+//! * Between P and 1 a substep takes energy out of short waves and gives none while points stay where they
+//!   are in their cells. (With m_ij guessed from the nodes' masses P′ falls below P here and there, and waves
+//!   grow.)
 //! * The limit of the Courant number is 1.12 for steel where that of plain increments is 0.55.
 //!
-//! What it takes away is what damps: points that pass from cell to cell feed waves, and with plain increments the part 1 − P of
-//! each increment is lost to the waves again. An elastic bar in flight stays quiet at 50 m/s and not at 100 (book/src/evidence/hard-cases.md),
-//! and a chip of 120,000 points takes more plastic strain (book/src/evidence/performance.md). So smoothing is for `fast`, and for whoever asks for it.
+//! What it takes away is what damps: points that pass from cell to cell feed waves, and with plain increments
+//! the part 1 − P of each increment is lost to the waves again. An elastic bar in flight stays quiet at 50
+//! m/s and not at 100 (book/src/evidence/hard-cases.md), and a chip of 120,000 points takes more plastic
+//! strain (book/src/evidence/performance.md). So smoothing is for `fast`, and for whoever asks for it.
 //!
-//! Points gain Δv as ever, so momentum, contact and its impulses do not change. What the stress does not do on Δv − P′Δv, nor
-//! impulses J of contact, is an entry of the ledger's damping: Σ m Δv·P′Δv in the place of Σ m |Δv|², and Σ J·(Δv − P′Δv).
+//! Points gain Δv as ever, so momentum, contact and its impulses do not change. What the stress does not do
+//! on Δv − P′Δv, nor impulses J of contact, is an entry of the ledger's damping: Σ m Δv·P′Δv in the place of
+//! Σ m |Δv|², and Σ J·(Δv − P′Δv).
 //!
-//! That straining by the velocities which points give back is stable in longer steps is known (Sulsky, Zhou and Schreyer,
-//! 1995, doi:10.1016/0010-4655(94)00170-7, who go over the points twice for it); that near neighbours suffice is this project's.
+//! That straining by the velocities which points give back is stable in longer steps is known (Sulsky, Zhou
+//! and Schreyer, 1995, doi:10.1016/0010-4655(94)00170-7, who go over the points twice for it); that near
+//! neighbours suffice is this project's.
 //!
-//! Form of the effect: the pass over the points adds shared masses (`transfer`), and a pass over the nodes follows contact.
+//! Form of the effect: the pass over the points adds shared masses (`transfer`), and a pass over the nodes
+//! follows contact.
 
 use crate::dimension::PlaneStrain;
 use crate::grid::{Layout, Record};
@@ -64,8 +71,8 @@ impl<R: Real> Smoothing<R> {
         (0..2).filter(|&axis| axes[axis]).for_each(|axis| change[2 + axis] = R::ZERO);
     }
 
-    /// ½ Σ m Δv·(P′Δv − Δv) over nodes of a range, less ½ Σ J·(P′Δv − Δv) over those that contact has `touched` (J): what
-    /// the ledger takes beside ½ Σ m |Δv|².
+    /// ½ Σ m Δv·(P′Δv − Δv) over nodes of a range, less ½ Σ J·(P′Δv − Δv) over those that contact has
+    /// `touched` (J): what the ledger takes beside ½ Σ m |Δv|².
     ///
     /// * `touched`: node and change of velocity, J/m (m/s)
     pub fn half_work(
@@ -175,8 +182,8 @@ fn exchange_along<S: Simd>(
     sum.store(&mut changes[last].0);
 }
 
-/// What `count` nodes of two neighbouring pencils give each other, straight and along the diagonals of the cells between them;
-/// what the next nodes have to get waits in registers.
+/// What `count` nodes of two neighbouring pencils give each other, straight and along the diagonals of the
+/// cells between them; what the next nodes have to get waits in registers.
 #[inline(always)]
 fn exchange_across<S: Simd>(
     nodes: &NodeRun<S::Scalar>,
@@ -210,7 +217,8 @@ mod tests {
     use super::*;
     use crate::grid::PencilRanges;
 
-    /// Nodes of a ragged layout with random velocities, increments and shared masses; by node its indices along the axes.
+    /// Nodes of a ragged layout with random velocities, increments and shared masses; by node its indices
+    /// along the axes.
     fn nodes() -> (Layout, NodeRun<f64>, Vec<[i32; 2]>) {
         let mut layout = Layout { shares_masses: true, ..Layout::new([20, 30, 1], 1.0, [0.0; 3]) };
         let points = [[5, 5], [5, 9], [6, 16], [9, 4], [13, 22], [14, 20]];
@@ -256,7 +264,8 @@ mod tests {
         }
     }
 
-    /// (P′Δv)_i = Δv_i − Σ_j m_ij (Δv_i − Δv_j)/m_i over all pairs of nodes, one after another; and m_ij = m_ji keeps momentum.
+    /// (P′Δv)_i = Δv_i − Σ_j m_ij (Δv_i − Δv_j)/m_i over all pairs of nodes, one after another; and m_ij =
+    /// m_ji keeps momentum.
     #[test]
     fn smoothed_increments_are_those_of_the_definition() {
         let (layout, run, places) = nodes();
@@ -287,8 +296,8 @@ mod tests {
         }
     }
 
-    /// Applied and taken back, velocities are what they were but for rounding, increments exactly; uniform increments and axes
-    /// that are left out do not change.
+    /// Applied and taken back, velocities are what they were but for rounding, increments exactly; uniform
+    /// increments and axes that are left out do not change.
     #[test]
     fn velocities_take_the_difference_and_increments_stay() {
         let (layout, mut run, places) = nodes();

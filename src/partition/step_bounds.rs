@@ -1,20 +1,22 @@
 //! Bounds on a substep, checked before a point moves.
 //!
-//! The bounds are taken from the nodes' new velocities, between the momentum equation and the points, so a substep that
-//! breaks one has changed nothing yet: it is solved again at half its length, at most `MOST_RETRIES` times, and each
-//! time is counted. With the node's velocity v, a point's weight w there and its slope g (times the cell length h),
+//! The bounds are taken from the nodes' new velocities, between the momentum equation and the points, so a
+//! substep that breaks one has changed nothing yet: it is solved again at half its length, at most
+//! `MOST_RETRIES` times, and each time is counted. With the node's velocity v, a point's weight w there and
+//! its slope g (times the cell length h),
 //!
 //! * travel: |Σ w v| Δt/h along each axis;
 //! * volume: |tr ∇v| Δt = |Σ g·v| Δt/h.
 //!
-//! A node near which no point stands may be fast (force falls with the first power of a point's reach, mass with the
-//! second) without any point feeling it. A point of mass m gives the node at least w m, so w ≤ M/m of the node's mass M,
-//! and g² ≤ `ShapeFunction::steepness` w: velocities and their differences between neighbours count with the root of
-//! min(1, steepness M/m). This makes the bounds estimates of what the fastest point can do, up to a small factor for
-//! several such nodes side by side; travel is checked once more, exactly, when the points have moved.
+//! A node near which no point stands may be fast (force falls with the first power of a point's reach, mass
+//! with the second) without any point feeling it. A point of mass m gives the node at least w m, so w ≤ M/m
+//! of the node's mass M, and g² ≤ `ShapeFunction::steepness` w: velocities and their differences between
+//! neighbours count with the root of min(1, steepness M/m). This makes the bounds estimates of what the
+//! fastest point can do, up to a small factor for several such nodes side by side; travel is checked once
+//! more, exactly, when the points have moved.
 //!
-//! Form of the effect: one short loop over the nodes; that over their differences runs only where speeds could add up to
-//! the bound.
+//! Form of the effect: one short loop over the nodes; that over their differences runs only where speeds
+//! could add up to the bound.
 
 use crate::dimension::Dimension;
 use crate::error::Error;
@@ -119,7 +121,8 @@ fn smaller<R: Real>(a: R, b: R) -> R {
 }
 
 impl<R: Real, D: Dimension> BoundsPass<'_, R, D> {
-    /// Sum over the axes of the largest difference, between neighbours along an axis, of the velocity along it (m/s).
+    /// Sum over the axes of the largest difference, between neighbours along an axis, of the velocity along
+    /// it (m/s).
     #[inline(always)]
     fn divergence(&self) -> f64 {
         let BoundsPass { nodes, layout, pencils, .. } = self;
@@ -161,8 +164,8 @@ impl<R: Real, D: Dimension> BoundsPass<'_, R, D> {
         most[..D::AXES].iter().map(|square| square.to_f64().sqrt()).sum()
     }
 
-    /// Largest square of the difference of a velocity component over `pairs` nodes from `a` and from `b` on, times their
-    /// smaller share (m2/s2).
+    /// Largest square of the difference of a velocity component over `pairs` nodes from `a` and from `b` on,
+    /// times their smaller share (m2/s2).
     #[inline(always)]
     fn difference(&self, component: usize, a: usize, b: usize, pairs: usize, share_per_mass: R) -> R {
         let (records, mass) = (&self.nodes.records, &self.nodes.mass);

@@ -1,4 +1,5 @@
-//! Which points' velocities are foreign to the nodes around them; `outliers` has the equations and says what for.
+//! Which points' velocities are foreign to the nodes around them; `outliers` has the equations and says what
+//! for.
 
 use crate::dimension::Dimension;
 use crate::grid::Layout;

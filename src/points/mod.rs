@@ -6,9 +6,9 @@
 //!         └─ …
 //! ```
 //!
-//! A block's arrays lie one after another (array of structures of arrays), so that a kernel streams through memory
-//! and its scratch for 64 points stays in the first-level cache. A position is the nearest grid node and the offset
-//! from it in cells, so that its precision is the same everywhere in the domain.
+//! A block's arrays lie one after another (array of structures of arrays), so that a kernel streams through
+//! memory and its scratch for 64 points stays in the first-level cache. A position is the nearest grid node
+//! and the offset from it in cells, so that its precision is the same everywhere in the domain.
 
 pub mod inactive;
 
@@ -67,7 +67,8 @@ pub struct Block<R: Real, D: Dimension, S> {
     pub state: S,
 }
 
-/// What a block tells of its points without their material: passes that need no more are compiled once for all models.
+/// What a block tells of its points without their material: passes that need no more are compiled once for
+/// all models.
 #[derive(Clone, Copy)]
 pub struct Places<'a, R: Real, D: Dimension> {
     /// Nearest grid node along each axis.

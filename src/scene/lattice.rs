@@ -1,6 +1,7 @@
 //! The lattice of points that a block starts as.
 
-/// Where a point stood before the cut: points fill the workpiece as equal boxes, numbered along z, then y, then x.
+/// Where a point stood before the cut: points fill the workpiece as equal boxes, numbered along z, then y,
+/// then x.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StartLattice {
     /// Points along each axis.

@@ -1,7 +1,7 @@
 //! What is simulated: every parameter of a scene in SI units, with the reference cut as default.
 //!
-//! Plain data. Names, units, ranges and texts of the parameters stand in the table of `variables`; what belongs
-//! together is checked in `Scene::check`.
+//! Plain data. Names, units, ranges and texts of the parameters stand in the table of `variables`; what
+//! belongs together is checked in `Scene::check`.
 
 pub mod lattice;
 pub mod presets;
@@ -333,7 +333,8 @@ impl Numerics {
         self.point_spacing * f64::from(self.points_per_cell_edge)
     }
 
-    /// Whether increments can be smoothed: whether nodes keep the masses that they share (`partition::smoothing`).
+    /// Whether increments can be smoothed: whether nodes keep the masses that they share
+    /// (`partition::smoothing`).
     pub fn can_smooth(&self) -> bool {
         self.dimension == DimensionChoice::PlaneStrain
             && self.shape_function == ShapeChoice::Gimp
@@ -408,8 +409,9 @@ impl Default for Scene {
                 conductivity: 46.0,
                 specific_heat: 203.0,
                 density: 15_700.0,
-                // Assumed: of the size that finite element studies of cutting fit, which scatter over two orders; at it a
-                // cell of 0.02 mm resists as much as the contact does, and more changes little.
+                // Assumed: of the size that finite element studies of cutting fit, which scatter over two
+                // orders; at it a cell of 0.02 mm resists as much as the contact does, and more changes
+                // little.
                 contact_conductance: 1e6,
             },
             material: Material {

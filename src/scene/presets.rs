@@ -1,7 +1,8 @@
-//! The price list: what accuracy costs, as `cargo xtask accuracy` measured it, and the presets of `numerics.accuracy`.
+//! The price list: what accuracy costs, as `cargo xtask accuracy` measured it, and the presets of
+//! `numerics.accuracy`.
 //!
-//! The figures stand in `resources/price_list.csv`, written by the study and compiled in; nothing else repeats them. Each
-//! line gives error bands, as shares of the reference cut's outputs at the finest spacing:
+//! The figures stand in `resources/price_list.csv`, written by the study and compiled in; nothing else
+//! repeats them. Each line gives error bands, as shares of the reference cut's outputs at the finest spacing:
 //!
 //! | line | meaning of its bands |
 //! |---|---|
@@ -10,9 +11,10 @@
 //! | `preset` | both of them for a preset, beside the CPU time of the reference cut over the study's 1.6 mm of travel |
 //! | `preset with conduction` | the same with `effects.heat` = conduction |
 //!
-//! A preset sets a parameter that stands at its start value; one that was set by hand keeps what it was set to, as for the
-//! speed levels. The bands belong to the reference cut. What carries them over to another cut is the number of points
-//! over the feed; other materials, frictions and edges are not covered by a measurement.
+//! A preset sets a parameter that stands at its start value; one that was set by hand keeps what it was set
+//! to, as for the speed levels. The bands belong to the reference cut. What carries them over to another cut
+//! is the number of points over the feed; other materials, frictions and edges are not covered by a
+//! measurement.
 
 use crate::scene::{Accuracy, ContactChoice, Heat, Numerics, Scene, Speed, TransferChoice};
 use std::sync::OnceLock;
@@ -143,9 +145,9 @@ pub fn take_preset(scene: &mut Scene) {
 
 /// Share of the cutting force (-) that a scene's own may be off by.
 ///
-/// Between the spacings measured the band is interpolated over points per feed, both as logarithms; for coarser ones it grows
-/// with the spacing, for finer ones it stays, as nothing was measured there. At most 1, and 1 under a contact law that the
-/// list does not know.
+/// Between the spacings measured the band is interpolated over points per feed, both as logarithms; for
+/// coarser ones it grows with the spacing, for finer ones it stays, as nothing was measured there. At most 1,
+/// and 1 under a contact law that the list does not know.
 pub fn force_error_band(scene: &Scene, feed: f64) -> f64 {
     band(prices(), scene, feed)
 }
@@ -201,7 +203,8 @@ mod tests {
         ]
     }
 
-    /// The study has filled in every preset, every level and at least three spacings, and what it writes can be read.
+    /// The study has filled in every preset, every level and at least three spacings, and what it writes can
+    /// be read.
     #[test]
     fn the_list_is_complete() {
         let named = |kind: &str, name: &str| {

@@ -6,12 +6,14 @@
 //! | balanced | single | 0.54 | 3 feeds ahead | 3 feeds | none |
 //! | fast | single | 1.1, smoothed increments | 2.5 feeds ahead | 2 feeds | automatic, 0.5 % of the cutting force |
 //!
-//! Where increments cannot be smoothed (`Numerics::can_smooth`), or where the Courant number was set by hand, `fast` has plain
-//! ones, a Courant number of 0.54 and 1 % of the cutting force for mass scaling: smoothing alone changes up to 1.1 % of it.
+//! Where increments cannot be smoothed (`Numerics::can_smooth`), or where the Courant number was set by hand,
+//! `fast` has plain ones, a Courant number of 0.54 and 1 % of the cutting force for mass scaling: smoothing
+//! alone changes up to 1.1 % of it.
 //!
-//! A level sets a parameter that stands at its start value; one that was set by hand keeps what it was set to. A Courant number
-//! that was not set by hand ends at the scheme's limit for the material (`setup::courant_limit`), 0.5485 for the reference cut. What each
-//! level costs in accuracy is in the book (Evidence, performance).
+//! A level sets a parameter that stands at its start value; one that was set by hand keeps what it was set
+//! to. A Courant number that was not set by hand ends at the scheme's limit for the material
+//! (`setup::courant_limit`), 0.5485 for the reference cut. What each level costs in accuracy is in the book
+//! (Evidence, performance).
 
 use crate::scene::presets::PRESETS;
 use crate::scene::{Numerics, Precision, Scene, Speed};
@@ -34,7 +36,8 @@ pub fn apply(scene: &mut Scene) {
             precision: Precision::Single,
             smoothed_increments: is_smoothed,
             courant: if is_smoothed { 1.1 } else { 0.54 },
-            // At 2.25 and 10 µm, without friction, a fragment that the flank pushes at first stayed there for good (-3 % of the force).
+            // At 2.25 and 10 µm, without friction, a fragment that the flank pushes at first stayed there for
+            // good (-3 % of the force).
             active_window: 2.5,
             active_chip: 2.0,
             mass_scaling: 0.0,
@@ -99,8 +102,8 @@ mod tests {
     use super::*;
     use crate::scene::DimensionChoice;
 
-    /// A level sets what stands at its start and nothing else, and pulling twice is pulling once: states are restored by
-    /// checking the scene again.
+    /// A level sets what stands at its start and nothing else, and pulling twice is pulling once: states are
+    /// restored by checking the scene again.
     #[test]
     fn levels_leave_what_was_set_by_hand() {
         for speed in [Speed::Exact, Speed::Balanced, Speed::Fast] {
@@ -119,7 +122,8 @@ mod tests {
         }
     }
 
-    /// Smoothing goes with its own Courant number: one that was set by hand, and scenes that cannot smooth, have plain increments.
+    /// Smoothing goes with its own Courant number: one that was set by hand, and scenes that cannot smooth,
+    /// have plain increments.
     #[test]
     fn fast_smooths_where_it_can() {
         let mut by_hand = Scene::default();

@@ -17,9 +17,9 @@
 //! | κ | sorting, locking control, what yields before the tool |
 //!
 //! The constants ε, κ, λ and ζ are fitted to 33 cuts: eleven kinds (transfer, precision, contact, Courant
-//! number, feed, friction, heat) at 40, 20 and 10 µm (book/src/evidence/accuracy.md); they hold what else a run has and a
-//! substep at rest has not. A time of this machine under its present load is no part of a state, and the only
-//! output that two equal runs may differ in.
+//! number, feed, friction, heat) at 40, 20 and 10 µm (book/src/evidence/accuracy.md); they hold what else a
+//! run has and a substep at rest has not. A time of this machine under its present load is no part of a
+//! state, and the only output that two equal runs may differ in.
 
 use crate::error::Error;
 use crate::scene::{Inputs, Scene, TransferChoice};

@@ -266,7 +266,8 @@ impl Session {
         run.warn(self.solver.as_ref(), &mut self.warnings)
     }
 
-    /// What there is to warn of since this was last asked: at the start of the scene's values, then of the run.
+    /// What there is to warn of since this was last asked: at the start of the scene's values, then of the
+    /// run.
     pub fn take_warnings(&mut self) -> Vec<String> {
         std::mem::take(&mut self.warnings)
     }

@@ -1,4 +1,5 @@
-//! What a run warns of on the way, once each: a tool that lags behind its feed, and one that comes to the held side.
+//! What a run warns of on the way, once each: a tool that lags behind its feed, and one that comes to the
+//! held side.
 
 use super::outputs::tool_lag;
 use super::run_state::RunState;

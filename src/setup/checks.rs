@@ -12,7 +12,8 @@ use crate::scene::{
 use crate::setup::{courant_limit, process_of};
 use crate::speedups::rigid_chip::LEAST_REACH;
 
-/// Checks what belongs together and refuses what this version does not have; fills in a library material's constants.
+/// Checks what belongs together and refuses what this version does not have; fills in a library material's
+/// constants.
 ///
 /// # Errors
 /// `Error::NotAvailable`, `Error::Inconsistent` or `Error::OutOfRange`, naming the variable.
@@ -116,7 +117,8 @@ fn limit_courant(scene: &mut Scene, asked: f64) -> Result<(), Error> {
     Ok(())
 }
 
-/// The largest Courant number (-) at which a workpiece of the scene's material is stable (`setup::courant_limit`).
+/// The largest Courant number (-) at which a workpiece of the scene's material is stable
+/// (`setup::courant_limit`).
 fn courant_limit(scene: &Scene) -> f64 {
     // Cells along each edge of a block whose corners know little of one another.
     const PLANE: [usize; 3] = [6, 6, 1];
@@ -124,7 +126,8 @@ fn courant_limit(scene: &Scene) -> f64 {
     let (per_edge, ratio) = (scene.numerics.points_per_cell_edge, scene.material.constants.poissons_ratio);
     let shape = Gimp::new(per_edge);
     match (scene.numerics.shape_function, scene.numerics.dimension) {
-        // Its slopes jump where a point crosses a face, and no step is short enough; what no material has with GIMP and plain increments has to do.
+        // Its slopes jump where a point crosses a face, and no step is short enough; what no material has
+        // with GIMP and plain increments has to do.
         (ShapeChoice::Linear, _) => 0.6,
         (ShapeChoice::Gimp, DimensionChoice::PlaneStrain) => {
             let smoothed = scene.numerics.smoothed_increments;

@@ -1,30 +1,34 @@
 //! The largest stable time step of the scheme, worked out for a small elastic block.
 //!
-//! The scheme takes velocities from points to nodes, v = S v_p, and gives the points the nodes' accelerations back,
-//! v_p ← v_p + Δt N a. What the nodes see of their own accelerations a substep later is P = S N of them: all for smooth
-//! motion, a quarter for the shortest waves in a lattice of two points per edge. The stress of a substep follows v + Δt a,
-//! in which a is not filtered yet. With the displacement u that has led to the stress, a = -M⁻¹K u, a substep is
+//! The scheme takes velocities from points to nodes, v = S v_p, and gives the points the nodes' accelerations
+//! back, v_p ← v_p + Δt N a. What the nodes see of their own accelerations a substep later is P = S N of
+//! them: all for smooth motion, a quarter for the shortest waves in a lattice of two points per edge. The
+//! stress of a substep follows v + Δt a, in which a is not filtered yet. With the displacement u that has led
+//! to the stress, a = -M⁻¹K u, a substep is
 //!
 //! v ← v + Δt P a,  u ← u + Δt (v + Δt a)  (v, a before the substep)
 //!
-//! It is at its limit where a wave returns with its sign changed, (v, u) → -(v, u): (I − P/2) M⁻¹K u = 2/Δt² u. So
+//! It is at its limit where a wave returns with its sign changed, (v, u) → -(v, u): (I − P/2) M⁻¹K u = 2/Δt²
+//! u. So
 //!
 //! Δt = √(2/λ),  λ the largest eigenvalue of (I − P/2) M⁻¹K.
 //!
-//! For P = I that is the familiar 2/ω. Inside a regular lattice of two points per edge it is 0.756 h/c (ν = 0). A free
-//! surface has less: where the outermost points reach into the next row of cells by any amount, its nodes have little mass
-//! and little stiffness, but stiffness over mass as large as can be. A workpiece's surfaces lie on lines of nodes at the
-//! start and move off them with the first wave, so this is the limit that counts. Where a transfer gives nodes more of the
-//! points' velocities back (APIC), the limit is higher.
+//! For P = I that is the familiar 2/ω. Inside a regular lattice of two points per edge it is 0.756 h/c (ν =
+//! 0). A free surface has less: where the outermost points reach into the next row of cells by any amount,
+//! its nodes have little mass and little stiffness, but stiffness over mass as large as can be. A workpiece's
+//! surfaces lie on lines of nodes at the start and move off them with the first wave, so this is the limit
+//! that counts. Where a transfer gives nodes more of the points' velocities back (APIC), the limit is higher.
 //!
-//! That is the limit of straight rows. Points that have moved unevenly by any amount have lower ones here and there (tests);
-//! whole simulations of blocks hold at the limit all the same (book/src/evidence/hard-cases.md).
+//! That is the limit of straight rows. Points that have moved unevenly by any amount have lower ones here and
+//! there (tests); whole simulations of blocks hold at the limit all the same
+//! (book/src/evidence/hard-cases.md).
 //!
-//! With smoothed increments (`partition::smoothing`) P′ takes the place of I: λ is the largest eigenvalue of (P′ − P/2) M⁻¹K, and the limit
-//! twice as high.
+//! With smoothed increments (`partition::smoothing`) P′ takes the place of I: λ is the largest eigenvalue of
+//! (P′ − P/2) M⁻¹K, and the limit twice as high.
 //!
-//! In the scalar product of K the operator is its own adjoint; λ is found by Lanczos' method there, which needs K u and
-//! little else (Lanczos, 1950; without orthogonalising again, since copies of λ do no harm). Derived here.
+//! In the scalar product of K the operator is its own adjoint; λ is found by Lanczos' method there, which
+//! needs K u and little else (Lanczos, 1950; without orthogonalising again, since copies of λ do no harm).
+//! Derived here.
 
 use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;
@@ -46,8 +50,8 @@ struct Share {
     slope: [f64; 3],
 }
 
-/// The largest Courant number (-), time step times speed of sound over cell length, at which an elastic block is stable
-/// whose sides lie on lines of nodes.
+/// The largest Courant number (-), time step times speed of sound over cell length, at which an elastic block
+/// is stable whose sides lie on lines of nodes.
 ///
 /// * `per_edge`: points along the edge of a cell, at least 1
 /// * `cells`: cells along each axis; what lies beyond the dimension's is not looked at
@@ -262,8 +266,8 @@ mod tests {
     use crate::grid::shape_function::{Gimp, Linear};
     use nalgebra::SymmetricEigen;
 
-    /// The matrices themselves, and all their eigenvalues: with M^(1/2) on both sides I − P/2 and M⁻¹K are symmetric, and
-    /// their product has the eigenvalues of Lᵀ K L, L L ᵀ = I − P/2.
+    /// The matrices themselves, and all their eigenvalues: with M^(1/2) on both sides I − P/2 and M⁻¹K are
+    /// symmetric, and their product has the eigenvalues of Lᵀ K L, L L ᵀ = I − P/2.
     fn by_all_eigenvalues<D: Dimension>(block: &Block<D>) -> f64 {
         let nodes = block.mass.len();
         let unit = |k: usize| {
@@ -328,9 +332,9 @@ mod tests {
         assert!(in_space < 0.53 && crowded < 0.48, "more neighbours, shorter steps: {in_space}, {crowded}");
     }
 
-    /// What was seen with whole simulations (book/src/evidence/hard-cases.md): a block at ν = 0.3 holds at 0.55 and not at 0.57, a bar one
-    /// cell thick not at 0.5. Without light nodes (linear weights: no point reaches out) the lattice's inside sets the
-    /// limit, 0.756 at ν = 0.
+    /// What was seen with whole simulations (book/src/evidence/hard-cases.md): a block at ν = 0.3 holds at
+    /// 0.55 and not at 0.57, a bar one cell thick not at 0.5. Without light nodes (linear weights: no point
+    /// reaches out) the lattice's inside sets the limit, 0.756 at ν = 0.
     #[test]
     fn limits_are_where_simulations_fail() {
         let limit = |cells, ratio| largest_courant::<PlaneStrain, _>(&Gimp::new(2), 2, cells, ratio, false);
@@ -340,8 +344,8 @@ mod tests {
         assert!((inside - 0.756).abs() < 1e-3, "{inside}");
     }
 
-    /// A substep gives no wave energy where P′ − P has no negative eigenvalue: with straight rows and with points that are off
-    /// their places by up to a quarter of a cell.
+    /// A substep gives no wave energy where P′ − P has no negative eigenvalue: with straight rows and with
+    /// points that are off their places by up to a quarter of a cell.
     #[test]
     fn smoothing_keeps_more_than_what_points_give_back() {
         let mut random = noise();
@@ -351,7 +355,8 @@ mod tests {
             let block = Block::<PlaneStrain>::new(&shape, 2, [6, 6, 1], 0.3, moved);
             let block = Block { smoothed: true, ..block };
             let nodes = block.mass.len();
-            // P′ − P = (P′ − P/2) − P/2, and (I − P/2) has the latter; M^(1/2) on both sides makes it symmetric.
+            // P′ − P = (P′ − P/2) − P/2, and (I − P/2) has the latter; M^(1/2) on both sides makes it
+            // symmetric.
             let plain =
                 Block { smoothed: false, points: block.points.clone(), mass: block.mass.clone(), ..block };
             let matrix = DMatrix::from_fn(nodes, nodes, |row, column| {
@@ -368,8 +373,9 @@ mod tests {
         }
     }
 
-    /// Uneven rows have lower limits than straight ones, but not by much: of points that are off their places by up to 1e-6, 1e-4
-    /// and 1e-2 cells, thirty arrangements each. The figures of book/src/evidence/hard-cases.md.
+    /// Uneven rows have lower limits than straight ones, but not by much: of points that are off their places
+    /// by up to 1e-6, 1e-4 and 1e-2 cells, thirty arrangements each. The figures of
+    /// book/src/evidence/hard-cases.md.
     #[test]
     fn uneven_rows_have_lower_limits() {
         let mut random = noise();

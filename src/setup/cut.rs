@@ -1,9 +1,9 @@
-//! Orthogonal cutting: a block held at its bottom and, if the scene says so, at its left, and a tool that comes from the
-//! right.
+//! Orthogonal cutting: a block held at its bottom and, if the scene says so, at its left, and a tool that
+//! comes from the right.
 //!
-//! A tool must not reach a held side: what is left of the workpiece would be pressed between two rigid walls. One feed
-//! before it the tool stops (`FEEDS_TO_STOP`), and the run goes on with a tool at rest: not every master that a step is
-//! refused or cut short to keeps what it has computed (book, Limits).
+//! A tool must not reach a held side: what is left of the workpiece would be pressed between two rigid walls.
+//! One feed before it the tool stops (`FEEDS_TO_STOP`), and the run goes on with a tool at rest: not every
+//! master that a step is refused or cut short to keeps what it has computed (book, Limits).
 
 use crate::error::Error;
 use crate::grid::{FixedNodes, MARGIN};
@@ -47,13 +47,15 @@ impl Process for Cut {
 
     /// The workpiece as a lattice of points, its bottom nodes fixed, and its left ones if that side is held.
     ///
-    /// A wall is only as long as the workpiece: a chip flies past it. It goes on behind its surface as far as points reach:
-    /// free nodes there would take the stress off points that press on it (test `the_period_converges`).
+    /// A wall is only as long as the workpiece: a chip flies past it. It goes on behind its surface as far as
+    /// points reach: free nodes there would take the stress off points that press on it (test
+    /// `the_period_converges`).
     fn bodies(&self, scene: &Scene, axes: usize) -> Bodies {
         let cell = scene.numerics.cell();
         let workpiece = &scene.workpiece;
         let size = [workpiece.length, workpiece.height, workpiece.width];
-        // Room for the chip: a workpiece length to each side, three heights above; memory is used only where points are.
+        // Room for the chip: a workpiece length to each side, three heights above; memory is used only where
+        // points are.
         let before = [workpiece.length, 0.25 * workpiece.height + 8.0 * cell, workpiece.width];
         let behind = [workpiece.length, 3.0 * workpiece.height, workpiece.width];
         let mut counts = [1; 3];
@@ -81,8 +83,8 @@ impl Process for Cut {
         Bodies { counts, origin, fixed, lattices: vec![PlacedLattice { lattice, first }] }
     }
 
-    /// The tool at its feed, its foremost part within the feed `tool.initial_gap` ahead of the workpiece's right side; with
-    /// a negative feed it stands above the workpiece's surface.
+    /// The tool at its feed, its foremost part within the feed `tool.initial_gap` ahead of the workpiece's
+    /// right side; with a negative feed it stands above the workpiece's surface.
     fn tool(&self, scene: &Scene) -> Result<RigidTool, Error> {
         let tool = &scene.tool;
         let shape = ToolShape::new(

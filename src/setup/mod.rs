@@ -6,10 +6,10 @@
 //!   precision × dimension × shape function × flow law × damage  →  one Simulation
 //! ```
 //!
-//! Each combination is a kernel to compile for every instruction set, so rate and heat are chosen for Johnson and Cook's
-//! law in the plane with GIMP only. Everything else - other laws, damage, artificial viscosity, three dimensions, linear
-//! shape functions - runs in the one kernel with rate and adiabatic heat, and what the scene lacks of these is taken out
-//! by constants (`constants_in_use`).
+//! Each combination is a kernel to compile for every instruction set, so rate and heat are chosen for Johnson
+//! and Cook's law in the plane with GIMP only. Everything else - other laws, damage, artificial viscosity,
+//! three dimensions, linear shape functions - runs in the one kernel with rate and adiabatic heat, and what
+//! the scene lacks of these is taken out by constants (`constants_in_use`).
 
 pub mod checks;
 pub mod courant_limit;
@@ -184,8 +184,8 @@ fn adiabatic<R: Real, const SOFTENS: bool>(scene: &Scene, constants: &Constants)
     Adiabatic::of(constants, scene.workpiece.initial_temperature).with_expansion(constants.thermal_expansion)
 }
 
-/// The material's constants with those taken out whose effect the scene lacks: no rate is a rate coefficient of 0, no heat
-/// a Taylor-Quinney coefficient of 0, no softening a melting temperature out of reach.
+/// The material's constants with those taken out whose effect the scene lacks: no rate is a rate coefficient
+/// of 0, no heat a Taylor-Quinney coefficient of 0, no softening a melting temperature out of reach.
 fn constants_in_use(scene: &Scene) -> Constants {
     let effects = &scene.effects;
     let mut constants = scene.material.constants.clone();
@@ -247,8 +247,8 @@ fn plain<R: Real, Q: RateEffect<R>, T: ThermalEffect<R>>(
     assemble::<R, PlaneStrain, _, _>(scene, shape, undamaged(scene, law))
 }
 
-/// The kernel of the reference cut, alone in a build that takes a minute instead of many: plane strain, GIMP, FLIP, double
-/// precision, Johnson and Cook's law with rate, adiabatic heat and softening.
+/// The kernel of the reference cut, alone in a build that takes a minute instead of many: plane strain, GIMP,
+/// FLIP, double precision, Johnson and Cook's law with rate, adiabatic heat and softening.
 fn reference(scene: &Scene) -> Result<Box<dyn Solver>, Error> {
     let Scene { effects, numerics, material, .. } = scene;
     let is_reference = numerics.dimension == DimensionChoice::PlaneStrain
@@ -270,8 +270,8 @@ fn assemble<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, 
     shape: F,
     model: M,
 ) -> Result<Box<dyn Solver>, Error> {
-    // No unit test runs a scene (those in `tests` do), and without the kernels unit tests are built in a third of the time.
-    // Nor does the master, which has the FMU for that.
+    // No unit test runs a scene (those in `tests` do), and without the kernels unit tests are built in a
+    // third of the time. Nor does the master, which has the FMU for that.
     if cfg!(test) || !cfg!(feature = "kernels") {
         return Err(Error::Inconsistent(
             "this build has no kernels (feature `kernels`, not in unit tests)".into(),

@@ -1,7 +1,8 @@
-//! What a process of metal working is to the rest of the program: bodies, walls, a tool and its motion, and what it asks of a scene.
+//! What a process of metal working is to the rest of the program: bodies, walls, a tool and its motion, and
+//! what it asks of a scene.
 //!
-//! One type per scene, all of it plain data: the kernels are chosen elsewhere and know none of them. To add a scene, write such a
-//! type in a file of its own and name it in `setup::process_of`.
+//! One type per scene, all of it plain data: the kernels are chosen elsewhere and know none of them. To add a
+//! scene, write such a type in a file of its own and name it in `setup::process_of`.
 
 use crate::error::Error;
 use crate::grid::FixedNodes;
@@ -11,9 +12,11 @@ use crate::scene::{Inputs, Scene};
 use crate::simulation::ToolMotion;
 use crate::tool::RigidTool;
 
-/// Uncut feeds before a held side at which a run warns: what the fixture does is felt from about there on (-).
+/// Uncut feeds before a held side at which a run warns: what the fixture does is felt from about there on
+/// (-).
 pub const FEEDS_TO_WARN: f64 = 2.0;
-/// Uncut feeds before a held side at which the tool stops: nearer, it would press the rest against the fixture (-).
+/// Uncut feeds before a held side at which the tool stops: nearer, it would press the rest against the
+/// fixture (-).
 pub const FEEDS_TO_STOP: f64 = 1.0;
 
 /// The bodies of a process, on the grid that they move through.
@@ -79,7 +82,8 @@ pub trait Process: Sync {
     /// `Error::Inconsistent` when its shape is impossible.
     fn tool(&self, scene: &Scene) -> Result<RigidTool, Error>;
 
-    /// The tool's motion in a substep that starts with these inputs; `time_step` tells the substep's length (s) for a motion.
+    /// The tool's motion in a substep that starts with these inputs; `time_step` tells the substep's length
+    /// (s) for a motion.
     fn tool_motion(
         &self,
         scene: &Scene,

@@ -1,7 +1,7 @@
 //! Vectors in the registers of AVX2 with FMA.
 //!
-//! Each register type has a module that gives its intrinsics the same short names; one macro then writes the vector.
-//! The types are private to `simd`: see there for why their use is safe.
+//! Each register type has a module that gives its intrinsics the same short names; one macro then writes the
+//! vector. The types are private to `simd`: see there for why their use is safe.
 
 use core::arch::x86_64::*;
 use std::marker::PhantomData;
@@ -47,8 +47,8 @@ pub unsafe fn run<R: Real, S: Simd<Scalar = R>, K: Kernel<R>>(kernel: K) -> K::O
 /// Intrinsics that touch registers only.
 macro_rules! registers {
     ($intrinsics:expr) => {
-        // SAFETY: these intrinsics only ask for AVX2 and FMA; a kernel gets our vectors from `run` alone, whose caller
-        // has found both.
+        // SAFETY: these intrinsics only ask for AVX2 and FMA; a kernel gets our vectors from `run` alone,
+        // whose caller has found both.
         unsafe { $intrinsics }
     };
 }
@@ -118,8 +118,8 @@ macro_rules! operator {
     };
 }
 
-/// A vector of `$lanes` numbers `$scalar` and its mask; `$int` is the signed integer of the same size, `$reg` the
-/// module of intrinsics.
+/// A vector of `$lanes` numbers `$scalar` and its mask; `$int` is the signed integer of the same size, `$reg`
+/// the module of intrinsics.
 macro_rules! vector {
     ($vector:ident, $mask:ident, $reg:ident, $scalar:ident, $int:ident, $lanes:literal) => {
         #[doc = concat!("Numbers of type ", stringify!($scalar), " in one register.")]
@@ -275,13 +275,15 @@ macro_rules! vector {
             #[inline(always)]
             fn store_i32(self, to: &mut [i32]) {
                 let to: &mut [i32; $lanes] = to.first_chunk_mut().expect("at least as many places as lanes");
-                // SAFETY: the array is as long as the register, whose store takes any alignment; AVX2 as above.
+                // SAFETY: the array is as long as the register, whose store takes any alignment; AVX2 as
+                // above.
                 unsafe { $reg::store_integers(to.as_mut_ptr().cast(), $reg::to_integers(self.0)) }
             }
             #[inline(always)]
             fn load_i32(from: &[i32]) -> Self {
                 let from: &[i32; $lanes] = from.first_chunk().expect("at least as many integers as lanes");
-                // SAFETY: the array is as long as the register, whose load takes any alignment; AVX2 as above.
+                // SAFETY: the array is as long as the register, whose load takes any alignment; AVX2 as
+                // above.
                 Self(unsafe { $reg::from_integers($reg::load_integers(from.as_ptr().cast())) })
             }
             #[inline(always)]
@@ -376,7 +378,8 @@ fn store_pair(pair: F32x8, to: &mut [f32], p: usize) {
     F32x4(high).store(&mut to[4 * p + 16..]);
 }
 
-/// Asks for part `part` of `parts` of the cache lines of `what`, up to the second level: the first is full of what is at hand.
+/// Asks for part `part` of `parts` of the cache lines of `what`, up to the second level: the first is full of
+/// what is at hand.
 #[inline(always)]
 fn prefetch<T>(what: &T, part: usize, parts: usize) {
     const LINE: usize = 64;
@@ -384,7 +387,8 @@ fn prefetch<T>(what: &T, part: usize, parts: usize) {
     let each = lines.div_ceil(parts);
     let begin = std::ptr::from_ref(what).cast::<i8>();
     for line in part * each..((part + 1) * each).min(lines) {
-        // SAFETY: a hint reads nothing that a program can see and faults at no address; this one lies within `what`.
+        // SAFETY: a hint reads nothing that a program can see and faults at no address; this one lies within
+        // `what`.
         unsafe { _mm_prefetch::<_MM_HINT_T1>(begin.wrapping_add(LINE * line)) }
     }
 }

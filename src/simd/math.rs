@@ -3,11 +3,12 @@
 //! exp and ln reduce their argument to a short interval around zero or one and evaluate a polynomial there:
 //!
 //! * exp x = 2ᵏ eʳ with k = round(x / ln 2), r = x − k ln 2, and eʳ = 1 + r + r² P(r);
-//! * ln x = k ln 2 + ln m with x = m 2ᵏ, √½ ≤ m < √2, and ln m = 2 artanh s = f − s (f − s² Q(s²)) for f = m − 1 and
-//!   s = f / (2 + f).
+//! * ln x = k ln 2 + ln m with x = m 2ᵏ, √½ ≤ m < √2, and ln m = 2 artanh s = f − s (f − s² Q(s²)) for f = m
+//!   − 1 and s = f / (2 + f).
 //!
-//! The coefficients of P and Q were found here by Remez exchange in 60 digits; they minimise the largest relative error
-//! of eʳ and of ln m, which stands beside them. A scalar library function would cost a call for each lane.
+//! The coefficients of P and Q were found here by Remez exchange in 60 digits; they minimise the largest
+//! relative error of eʳ and of ln m, which stands beside them. A scalar library function would cost a call
+//! for each lane.
 
 use super::{Real, Vector};
 
@@ -71,9 +72,9 @@ fn polynomial<V: Vector, const N: usize>(c: [f64; N], x: V, x2: V) -> V {
 ///
 /// * `x`: any number
 ///
-/// Returns eˣ, with a relative error below 2.5 ε in the range of normal numbers. Below it (x < −708.396, in single
-/// precision −87.336) the result is 0; above x = 709.78 (88.72) it is that of 709.78 (88.72), hence finite. Not a
-/// number gives not a number.
+/// Returns eˣ, with a relative error below 2.5 ε in the range of normal numbers. Below it (x < −708.396, in
+/// single precision −87.336) the result is 0; above x = 709.78 (88.72) it is that of 709.78 (88.72), hence
+/// finite. Not a number gives not a number.
 #[inline(always)]
 pub fn exp<V: Vector>(x: V) -> V {
     let single = V::Scalar::IS_SINGLE;
@@ -92,9 +93,10 @@ pub fn exp<V: Vector>(x: V) -> V {
 ///
 /// * `x`: a positive normal number
 ///
-/// Returns ln x, with a relative error below 2.5 ε. Zero gives −1023 ln 2 = −709.09 (in single precision −127 ln 2 =
-/// −88.03) and a subnormal number something between that and the logarithm of the smallest normal one; infinity gives
-/// 1024 ln 2 (128 ln 2). All of these are finite. Negative numbers and not a number give a meaningless finite number.
+/// Returns ln x, with a relative error below 2.5 ε. Zero gives −1023 ln 2 = −709.09 (in single precision −127
+/// ln 2 = −88.03) and a subnormal number something between that and the logarithm of the smallest normal one;
+/// infinity gives 1024 ln 2 (128 ln 2). All of these are finite. Negative numbers and not a number give a
+/// meaningless finite number.
 #[inline(always)]
 pub fn ln<V: Vector>(x: V) -> V {
     let single = V::Scalar::IS_SINGLE;
@@ -104,7 +106,8 @@ pub fn ln<V: Vector>(x: V) -> V {
     let s = f / (f + V::constant(2.0));
     let z = s * s;
     let minus_q = if single { polynomial(LN_SINGLE, z, z * z) } else { polynomial(LN, z, z * z) };
-    // What f lacks to ln m, less the small part of k ln 2: small numbers first, so that their rounding does not count.
+    // What f lacks to ln m, less the small part of k ln 2: small numbers first, so that their rounding does
+    // not count.
     let lack = s.mul_add(z.mul_add(minus_q, f), k * V::constant(-rest));
     k.mul_add(V::constant(ln_2), f - lack)
 }
@@ -114,12 +117,12 @@ pub fn ln<V: Vector>(x: V) -> V {
 /// * `x`: base, at least 0
 /// * `y`: exponent
 ///
-/// Returns xʸ = exp(y ln x), whose relative error is ε (3 + 3 |y ln x|) at most; overflow and underflow as in [`exp`].
-/// x⁰ = 1 for every x and 0ʸ = 0 for y > 0, exactly; 0ʸ is large and finite for y < 0. A base that is not a number, or
-/// negative, is returned unchanged if y > 0.
+/// Returns xʸ = exp(y ln x), whose relative error is ε (3 + 3 |y ln x|) at most; overflow and underflow as in
+/// [`exp`]. x⁰ = 1 for every x and 0ʸ = 0 for y > 0, exactly; 0ʸ is large and finite for y < 0. A base that
+/// is not a number, or negative, is returned unchanged if y > 0.
 ///
-/// ln and exp wait for each other; a loop over many points takes two thirds of the time if it does all of the first
-/// before the second.
+/// ln and exp wait for each other; a loop over many points takes two thirds of the time if it does all of the
+/// first before the second.
 #[inline(always)]
 pub fn pow<V: Vector>(x: V, y: V) -> V {
     let zero = V::constant(0.0);
@@ -178,7 +181,8 @@ mod tests {
         }
     }
 
-    /// Arguments, rounded to the precision and padded to full vectors, and what each instruction set makes of them.
+    /// Arguments, rounded to the precision and padded to full vectors, and what each instruction set makes of
+    /// them.
     fn results<R: Real, F: Function + Copy>(f: F, arguments: &[(f64, f64)]) -> Vec<(f64, f64, f64)> {
         let padded = arguments.len().next_multiple_of(8);
         let at = |i: usize| arguments[i.min(arguments.len() - 1)];
@@ -212,7 +216,8 @@ mod tests {
         (0..n).map(move |i| a + (b - a) * f64::from(i) / f64::from(n - 1))
     }
 
-    /// Bound: one rounding of ½ ε in the last sum, less than that in each smaller part, and the library's own ½ ε.
+    /// Bound: one rounding of ½ ε in the last sum, less than that in each smaller part, and the library's own
+    /// ½ ε.
     #[test]
     fn exp_is_good_to_the_last_digits_over_the_whole_range() {
         fn check<R: Real>(lowest: f64, highest: f64) {

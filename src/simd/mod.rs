@@ -1,24 +1,26 @@
 //! Several points side by side, and one kernel compiled for every instruction set.
 //!
-//! A kernel is written once against [`Simd`] and [`Vector`], with ordinary operators; [`dispatch`] runs the copy of it
-//! that was compiled for the instruction set asked for. The choice is made at run time because one library is shipped
-//! for every processor of a platform: without it the whole solver would be confined to the oldest one's instructions.
+//! A kernel is written once against [`Simd`] and [`Vector`], with ordinary operators; [`dispatch`] runs the
+//! copy of it that was compiled for the instruction set asked for. The choice is made at run time because one
+//! library is shipped for every processor of a platform: without it the whole solver would be confined to the
+//! oldest one's instructions.
 //!
 //! * `portable`: plain arrays, for any processor, and the independent check of the next;
 //! * `avx2`: 256-bit registers with fused multiply-add, on x86-64 processors since 2013;
 //! * [`pair`]: two vectors as one, for work that waits for its own results;
 //! * [`math`]: exp, ln and pow of a whole vector, without branches or tables.
 //!
-//! All `unsafe` of the numerical code is in this folder. The vectors of `avx2` cannot be named outside it: a kernel
-//! receives them only from [`dispatch`], which has checked the processor. That check is what makes their use safe.
+//! All `unsafe` of the numerical code is in this folder. The vectors of `avx2` cannot be named outside it: a
+//! kernel receives them only from [`dispatch`], which has checked the processor. That check is what makes
+//! their use safe.
 //!
 //! The two instruction sets differ in the last bits, since only one fuses multiplication and addition.
 
 /// The array of one expression for each index below a number: `each!(k < 3 => f(k))`.
 ///
-/// A loop, and not `array::from_fn` or `map`: a closure given to those is compiled by itself first, without the
-/// instruction set of the kernel around it, and intrinsics cannot be inlined there. Only link-time optimisation would
-/// mend that afterwards.
+/// A loop, and not `array::from_fn` or `map`: a closure given to those is compiled by itself first, without
+/// the instruction set of the kernel around it, and intrinsics cannot be inlined there. Only link-time
+/// optimisation would mend that afterwards.
 macro_rules! each {
     ($index:ident < $count:expr => $entry:expr) => {{
         let mut entries = [Default::default(); $count];
@@ -32,7 +34,8 @@ macro_rules! each {
 }
 pub(crate) use each;
 
-/// A function of a closure that is always inlined, for the same reason: `inlined!(D::vector, |axis| f(axis))`.
+/// A function of a closure that is always inlined, for the same reason: `inlined!(D::vector, |axis|
+/// f(axis))`.
 macro_rules! inlined {
     ($function:path, |$($index:ident),+| $entry:expr) => {
         $function(
@@ -69,7 +72,8 @@ macro_rules! one_abreast {
     };
 }
 
-/// Four units of compilation, `unit_0` to `unit_3`, each with a copy of the function given ([`Kernel::UNIT`]).
+/// Four units of compilation, `unit_0` to `unit_3`, each with a copy of the function given
+/// ([`Kernel::UNIT`]).
 macro_rules! units {
     (@ $unit:ident $run:item) => {
         mod $unit {
@@ -200,7 +204,8 @@ pub trait Vector:
     fn load(from: &[Self::Scalar]) -> Self;
     /// Writes the lanes to the first `LANES` numbers of a slice, of any alignment. Panics if there are fewer.
     fn store(self, to: &mut [Self::Scalar]);
-    /// self a + b, rounded once where the instruction set can, else twice (two fast instructions beat one slow call).
+    /// self a + b, rounded once where the instruction set can, else twice (two fast instructions beat one
+    /// slow call).
     fn mul_add(self, a: Self, b: Self) -> Self;
     /// Square root, correctly rounded.
     fn sqrt(self) -> Self;
@@ -223,32 +228,37 @@ pub trait Vector:
     /// `yes` where the mask is true, `no` elsewhere; both have been computed.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
-    /// Sum of all lanes. The upper half is added to the lower until one lane is left, (x₀ + x₂) + (x₁ + x₃) for
-    /// four lanes: the same order, hence the same bits, in every instruction set with as many lanes.
+    /// Sum of all lanes. The upper half is added to the lower until one lane is left, (x₀ + x₂) + (x₁ + x₃)
+    /// for four lanes: the same order, hence the same bits, in every instruction set with as many lanes.
     fn sum(self) -> Self::Scalar;
     /// The largest lane.
     fn max_lane(self) -> Self::Scalar;
     /// The smallest lane.
     fn min_lane(self) -> Self::Scalar;
 
-    /// Mantissa m in [√½, √2) and exponent k, an integral number, with self = m 2^k: the first step of a logarithm.
+    /// Mantissa m in [√½, √2) and exponent k, an integral number, with self = m 2^k: the first step of a
+    /// logarithm.
     ///
-    /// For positive normal numbers. Zero and subnormal numbers give the smallest k, less one, and m = 1 plus what
-    /// they hold, so that m 2^k stays positive and grows with self; infinity gives m = 1 and the largest k, plus one.
+    /// For positive normal numbers. Zero and subnormal numbers give the smallest k, less one, and m = 1 plus
+    /// what they hold, so that m 2^k stays positive and grows with self; infinity gives m = 1 and the largest
+    /// k, plus one.
     fn split_exponent(self) -> (Self, Self);
 
     /// self 2^k for integral k, by integer addition to the exponent: the last step of an exponential.
     ///
-    /// self and the result must be normal numbers, and not zero. Not a number stays so if k is not a number either.
+    /// self and the result must be normal numbers, and not zero. Not a number stays so if k is not a number
+    /// either.
     fn scale_exponent(self, k: Self) -> Self;
 
-    /// Writes the nearest integers (even one of two equally near) to the first `LANES` places of a slice. Panics if
-    /// there are fewer. What an `i32` cannot hold gives an integer that depends on the instruction set.
+    /// Writes the nearest integers (even one of two equally near) to the first `LANES` places of a slice.
+    /// Panics if there are fewer. What an `i32` cannot hold gives an integer that depends on the instruction
+    /// set.
     fn store_i32(self, to: &mut [i32]);
     /// The first `LANES` integers of a slice, rounded to the precision at hand. Panics if there are fewer.
     fn load_i32(from: &[i32]) -> Self;
 
-    /// Runs a part of a kernel as a function of its own, with the vectors of the instruction set that this one belongs to.
+    /// Runs a part of a kernel as a function of its own, with the vectors of the instruction set that this
+    /// one belongs to.
     fn outlined<K: Kernel<Self::Scalar>>(part: K) -> K::Output;
 }
 
@@ -262,7 +272,8 @@ pub trait Mask:
     fn all(self) -> bool;
 }
 
-/// One instruction set in one precision: a vector of points side by side, and a vector of four for one grid node.
+/// One instruction set in one precision: a vector of points side by side, and a vector of four for one grid
+/// node.
 pub trait Simd: Copy + Send + Sync + 'static {
     /// The precision.
     type Scalar: Real;
@@ -275,15 +286,16 @@ pub trait Simd: Copy + Send + Sync + 'static {
     /// Points whose four numbers a register holds: 2 in `f32` with AVX2, else 1.
     const ABREAST: usize = Self::Records::LANES / 4;
 
-    /// Gathers four components of `Lanes::LANES` points stored one after another, `from[4 p + c]`, into one vector
-    /// per component: result `c`, lane `p`. Panics if `from` is shorter than four times the lanes.
+    /// Gathers four components of `Lanes::LANES` points stored one after another, `from[4 p + c]`, into one
+    /// vector per component: result `c`, lane `p`. Panics if `from` is shorter than four times the lanes.
     fn load_transposed(from: &[Self::Scalar]) -> [Self::Lanes; 4];
     /// Writes lane `p` of vector `c` to `to[4 p + c]`. Panics if `to` is shorter than four times the lanes.
     fn store_transposed(lanes: [Self::Lanes; 4], to: &mut [Self::Scalar]);
 
     /// The first four numbers of a slice for every point. Panics if there are fewer.
     fn load_for_all(from: &[Self::Scalar]) -> Self::Records;
-    /// The first four numbers of a slice for the first point, zeros for the others. Panics if there are fewer.
+    /// The first four numbers of a slice for the first point, zeros for the others. Panics if there are
+    /// fewer.
     fn load_first(from: &[Self::Scalar]) -> Self::Records;
     /// Entry `entry` (below 4) of each record in all four of its places.
     fn spread(records: Self::Records, entry: usize) -> Self::Records;
@@ -295,12 +307,13 @@ pub trait Simd: Copy + Send + Sync + 'static {
     /// The first two numbers of each record, twice.
     fn first_twice(records: Self::Records) -> Self::Records;
 
-    /// Asks for part `part` of `parts` of something's memory before it is needed: a hint that changes nothing but the time, and is
-    /// none where the instruction set has no such hint.
+    /// Asks for part `part` of `parts` of something's memory before it is needed: a hint that changes nothing
+    /// but the time, and is none where the instruction set has no such hint.
     #[inline(always)]
     fn prefetch<T>(_what: &T, _part: usize, _parts: usize) {}
 
-    /// Runs a part of a kernel as a function of its own, which is compiled once for all kernels that share it.
+    /// Runs a part of a kernel as a function of its own, which is compiled once for all kernels that share
+    /// it.
     #[inline(always)]
     fn outlined<K: Kernel<Self::Scalar>>(part: K) -> K::Output {
         Self::Lanes::outlined(part)
@@ -309,14 +322,14 @@ pub trait Simd: Copy + Send + Sync + 'static {
 
 /// Work that is compiled once per instruction set.
 ///
-/// `run` and all it calls are marked `#[inline(always)]`: only what is inlined into [`dispatch`] is compiled for the
-/// instruction set. Hence threads are started outside: each calls `dispatch` by itself, since a closure that another
-/// thread runs is not inlined.
+/// `run` and all it calls are marked `#[inline(always)]`: only what is inlined into [`dispatch`] is compiled
+/// for the instruction set. Hence threads are started outside: each calls `dispatch` by itself, since a
+/// closure that another thread runs is not inlined.
 pub trait Kernel<R: Real> {
     /// What the work gives.
     type Output;
-    /// Unit of compilation, 0 to 3. The compiler works at several at once, but puts all copies of a generic function into one:
-    /// kernels that come in many heavy copies spread them with this.
+    /// Unit of compilation, 0 to 3. The compiler works at several at once, but puts all copies of a generic
+    /// function into one: kernels that come in many heavy copies spread them with this.
     const UNIT: usize = 0;
     /// Does the work with the vectors of one instruction set.
     fn run<S: Simd<Scalar = R>>(self) -> Self::Output;

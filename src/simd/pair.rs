@@ -1,8 +1,9 @@
 //! Two vectors as one.
 //!
-//! Where each operation waits for the one before, as in a return to the yield surface, a processor idles most of the time. With two vectors
-//! side by side each operation is done twice, and the second is done while the first is waited for. What the registers do not hold
-//! goes to the first-level cache and back, which costs less.
+//! Where each operation waits for the one before, as in a return to the yield surface, a processor idles most
+//! of the time. With two vectors side by side each operation is done twice, and the second is done while the
+//! first is waited for. What the registers do not hold goes to the first-level cache and back, which costs
+//! less.
 
 use super::{Kernel, Mask, Real, Simd, Vector};
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign};

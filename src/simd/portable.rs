@@ -1,15 +1,15 @@
 //! Vectors as plain arrays, for any processor, and the operations of the numbers in them.
 //!
-//! The loops over lanes have a fixed length and no branches, so that the compiler turns them into whatever vector
-//! instructions every processor of the platform has (SSE2 on x86-64, NEON on AArch64).
+//! The loops over lanes have a fixed length and no branches, so that the compiler turns them into whatever
+//! vector instructions every processor of the platform has (SSE2 on x86-64, NEON on AArch64).
 
 use std::marker::PhantomData;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign};
 
 use super::{InstructionSet, Kernel, Mask, Real, Simd, Vector};
 
-/// The instruction set that needs none: arrays of two `f64` or four `f32`, as many as every x86-64 processor and AArch64 have
-/// in a register.
+/// The instruction set that needs none: arrays of two `f64` or four `f32`, as many as every x86-64 processor
+/// and AArch64 have in a register.
 #[derive(Clone, Copy, Debug)]
 pub struct Portable<R>(PhantomData<R>);
 
@@ -24,8 +24,9 @@ pub struct ArrayMask<const N: usize>([bool; N]);
 
 /// The array of one expression for each of its `N` lanes, one, two or four, written out.
 ///
-/// Not `each!`: kernels hold thousands of these, and the compiler took three times as long for a kernel with so many loops
-/// (book/src/evidence/performance.md, building). `$nothing` is what fills the array before; a constant, since anything else fills it in a loop.
+/// Not `each!`: kernels hold thousands of these, and the compiler took three times as long for a kernel with
+/// so many loops (book/src/evidence/performance.md, building). `$nothing` is what fills the array before; a
+/// constant, since anything else fills it in a loop.
 macro_rules! lanes {
     ($nothing:expr, $index:ident => $entry:expr) => {{
         const { assert!(N == 1 || N == 2 || N == 4) };

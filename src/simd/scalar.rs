@@ -40,8 +40,9 @@ macro_rules! real {
             }
             #[inline(always)]
             fn round(self) -> Self {
-                // Numbers from 2^52 (2^23) on are integral; adding that pushes the fraction out of a smaller one. The
-                // standard function would be a call where the oldest processors lack the instruction.
+                // Numbers from 2^52 (2^23) on are integral; adding that pushes the fraction out of a smaller
+                // one. The standard function would be a call where the oldest processors lack the
+                // instruction.
                 let integral = $scalar::EPSILON.recip();
                 let pushed = (self.abs() + integral) - integral;
                 if self.abs() < integral { pushed.copysign(self) } else { self }

@@ -98,7 +98,8 @@ fn vectors_agree_with_a_loop_over_scalars() {
     in_every_set!(check);
 }
 
-/// One rounding differs from two by half a unit in the last place of the product at most; exact products agree.
+/// One rounding differs from two by half a unit in the last place of the product at most; exact products
+/// agree.
 #[test]
 fn mul_add_is_the_product_plus_the_summand() {
     fn check<S: Simd>() {

@@ -10,12 +10,14 @@
 //!              frozen
 //! ```
 //!
-//! The window moves with the tool: `ahead` feeds in front of its lowest point, a third as many behind and below it.
-//! When the points are sorted, those that have left the window are put aside as they are, with stress and velocity, and
-//! those that it has reached join in. Nodes that both kinds touch are held, like those of a wall.
+//! The window moves with the tool: `ahead` feeds in front of its lowest point, a third as many behind and
+//! below it. When the points are sorted, those that have left the window are put aside as they are, with
+//! stress and velocity, and those that it has reached join in. Nodes that both kinds touch are held, like
+//! those of a wall.
 //!
-//! What is lost are the elastic give of the frozen material and waves through it; what the window costs in accuracy is
-//! in the book (Evidence, performance). Points above the workpiece's first surface are chip, and `speedups::rigid_chip` looks after those.
+//! What is lost are the elastic give of the frozen material and waves through it; what the window costs in
+//! accuracy is in the book (Evidence, performance). Points above the workpiece's first surface are chip, and
+//! `speedups::rigid_chip` looks after those.
 //!
 //! Form of the effect: an optional pass when points are sorted; without it nothing is kept or done.
 
@@ -35,8 +37,9 @@ const BESIDE: f64 = 1.0 / 3.0;
 /// Smallest reach along any direction (cells): shallow cuts need room for the tool's edge and the shear zone.
 const SMALLEST: f64 = 24.0;
 
-/// Area (m2) that substeps integrate after the tool has cut a way `travel` (m) at `feed` (m): the window where it lies
-/// on the workpiece, and the chip less its tail; without a window all of the workpiece that is not tail.
+/// Area (m2) that substeps integrate after the tool has cut a way `travel` (m) at `feed` (m): the window
+/// where it lies on the workpiece, and the chip less its tail; without a window all of the workpiece that is
+/// not tail.
 pub fn integrated_area(scene: &Scene, feed: f64, travel: f64) -> f64 {
     let (length, height) = (scene.workpiece.length, scene.workpiece.height);
     let chip = rigid_chip::integrated_chip(scene, feed, travel);
@@ -124,7 +127,8 @@ impl ActiveWindow {
         }
     }
 
-    /// Puts aside the points outside `edges` and takes back those inside; the points must be sorted anew afterwards.
+    /// Puts aside the points outside `edges` and takes back those inside; the points must be sorted anew
+    /// afterwards.
     pub fn freeze_and_thaw<R: Real, D: Dimension, S: PointState<R>>(
         &self,
         partition: &mut Partition<R, D, S>,

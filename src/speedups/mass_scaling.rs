@@ -1,7 +1,8 @@
 //! Mass scaling: a heavier workpiece for larger substeps, with an error known beforehand.
 //!
-//! An explicit substep is as long as sound takes through part of a cell, so a factor s on the mass saves √s of the
-//! substeps. What it costs is the momentum that the heavier chip carries away. Per width of cut the force grows by
+//! An explicit substep is as long as sound takes through part of a cell, so a factor s on the mass saves √s
+//! of the substeps. What it costs is the momentum that the heavier chip carries away. Per width of cut the
+//! force grows by
 //!
 //! ΔF = 1.2 (s − 1) ρ v² t
 //!
@@ -10,16 +11,17 @@
 //!
 //! u = ∫₀^ε̂ σ_y dε̄,  ε̂ = 2 tan(π/4 − γ/2) / √3
 //!
-//! with the rake angle γ, without friction and without hardening by the strain rate: an underestimate. Automatic scaling takes
-//! the largest s that keeps the share ΔF / F that follows under the one asked for. As it falls with v², scaling is worth most at
-//! the speeds of machine shops.
+//! with the rake angle γ, without friction and without hardening by the strain rate: an underestimate.
+//! Automatic scaling takes the largest s that keeps the share ΔF / F that follows under the one asked for. As
+//! it falls with v², scaling is worth most at the speeds of machine shops.
 //!
-//! The share is no bound where it is small, since the heavier chip costs more than its momentum (work in contact and in the
-//! scheme's own damping; book/src/evidence/performance.md). At shares of 3.6 % and more it lies above what was measured; at 1 % the change is 1.1
-//! to 1.3 times the share, and in AISI 1045 at 3.33 m/s without friction 1.8 times 0.5 % and 3 times 0.16 %.
+//! The share is no bound where it is small, since the heavier chip costs more than its momentum (work in
+//! contact and in the scheme's own damping; book/src/evidence/performance.md). At shares of 3.6 % and more it
+//! lies above what was measured; at 1 % the change is 1.1 to 1.3 times the share, and in AISI 1045 at 3.33
+//! m/s without friction 1.8 times 0.5 % and 3 times 0.16 %.
 //!
-//! Heat capacity is not scaled: temperature follows the same work per volume. When the speed changes, so does s; the
-//! kinetic energy that this moves is an entry of the ledger.
+//! Heat capacity is not scaled: temperature follows the same work per volume. When the speed changes, so does
+//! s; the kinetic energy that this moves is an entry of the ledger.
 //!
 //! Form of the effect: a coefficient (the density), looked at once per substep.
 
@@ -90,7 +92,8 @@ impl MassScaling {
 
     /// Takes the factor that goes with a tool speed (m/s); whether that changed it.
     ///
-    /// A slower tool raises it only by two steps or more: a speed that hovers costs no sorts. A tool at rest leaves it.
+    /// A slower tool raises it only by two steps or more: a speed that hovers costs no sorts. A tool at rest
+    /// leaves it.
     pub fn follow(&mut self, speed: f64) -> bool {
         if speed == 0.0 && matches!(self.rule, Rule::Automatic { .. }) {
             return false;
@@ -141,15 +144,16 @@ mod tests {
         MassScaling::of(&scene).expect("scaling is asked for")
     }
 
-    /// The shear plane of the reference, which hardens by the rate too, needs 433 N/mm at 0.3 mm: 1443 MPa. Without the
-    /// rate, 1 + 0.014 ln(1e6) at most, it must need less, but not less than that factor.
+    /// The shear plane of the reference, which hardens by the rate too, needs 433 N/mm at 0.3 mm: 1443 MPa.
+    /// Without the rate, 1 + 0.014 ln(1e6) at most, it must need less, but not less than that factor.
     #[test]
     fn least_work_lies_below_that_of_the_reference() {
         let work = least_work(&Scene::default());
         assert!(work < 1.443e9 && work > 1.443e9 / 1.2, "least work {work} J/m3");
     }
 
-    /// The predicted share of the force never exceeds the one asked for, and the factor is the largest step under it.
+    /// The predicted share of the force never exceeds the one asked for, and the factor is the largest step
+    /// under it.
     #[test]
     fn the_predicted_share_is_kept() {
         for share in [1e-3, 0.005, 0.05] {

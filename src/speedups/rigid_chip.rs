@@ -9,15 +9,16 @@
 //!         └──┘└────────
 //! ```
 //!
-//! A chip that has left the tool's face yields no more: it bends a little, it carries its momentum away, and each of its points
-//! costs as much as one in the shear zone. When the points are sorted, those that have come higher than the reach join the tail
-//! as they are, with stress, temperature and velocity. The tail then follows the chip below it: translation and spin are those
-//! that the momentum and the moment of momentum of a band below the reach have (`TailMotion::of`).
+//! A chip that has left the tool's face yields no more: it bends a little, it carries its momentum away, and
+//! each of its points costs as much as one in the shear zone. When the points are sorted, those that have
+//! come higher than the reach join the tail as they are, with stress, temperature and velocity. The tail then
+//! follows the chip below it: translation and spin are those that the momentum and the moment of momentum of
+//! a band below the reach have (`TailMotion::of`).
 //!
-//! What is lost: what the tail's inertia does to the chip (one that swings no tail around curls a little tighter), waves and heat
-//! through the cut across the chip, and what the tail would run into. What this costs in accuracy is measured in
-//! book/src/evidence/performance.md. The reach is never below `MARGIN` feeds beyond the contact on the tool's face, so friction acts on all
-//! of the chip that it would act on.
+//! What is lost: what the tail's inertia does to the chip (one that swings no tail around curls a little
+//! tighter), waves and heat through the cut across the chip, and what the tail would run into. What this
+//! costs in accuracy is measured in book/src/evidence/performance.md. The reach is never below `MARGIN` feeds
+//! beyond the contact on the tool's face, so friction acts on all of the chip that it would act on.
 //!
 //! Form of the effect: an optional pass when points are sorted; without it nothing is kept or done.
 
@@ -36,7 +37,8 @@ pub const LEAST_REACH: f64 = 2.0;
 const SMALLEST: f64 = 12.0;
 /// Reach beyond the contact on the tool's face (feeds).
 const MARGIN: f64 = 0.5;
-/// Height of the band that the tail follows (cells): with the least reaches it ends above the bulge, so that it holds chip only.
+/// Height of the band that the tail follows (cells): with the least reaches it ends above the bulge, so that
+/// it holds chip only.
 const BAND: f64 = 4.0;
 /// Points of the band below which the tail keeps its motion: fewer are splinters.
 const LEAST_POINTS: usize = 16;
@@ -138,9 +140,9 @@ impl ChipTail {
         lowest + (self.above * feed).max(contact + MARGIN * feed).max(SMALLEST * cell)
     }
 
-    /// Moves the tail to where it stands at `time` (s), lets points join it that have come high enough, and gives its motion
-    /// from there on. Points of the tail that have reached the domain's rim are shown to `retire` and are gone. The points must
-    /// be sorted anew afterwards.
+    /// Moves the tail to where it stands at `time` (s), lets points join it that have come high enough, and
+    /// gives its motion from there on. Points of the tail that have reached the domain's rim are shown to
+    /// `retire` and are gone. The points must be sorted anew afterwards.
     ///
     /// * `tool`: height of its lowest point, furthest contact along its face (m)
     pub fn follow<R: Real, D: Dimension, S: PointState<R>>(
@@ -224,7 +226,8 @@ mod tests {
     use super::*;
     use crate::dimension::PlaneStrain;
 
-    /// Points of a body that turns and moves are found to do just that, and carried along the circle on which they turn.
+    /// Points of a body that turns and moves are found to do just that, and carried along the circle on which
+    /// they turn.
     #[test]
     fn a_rigid_motion_is_found_and_followed() {
         let (centre, velocity, spin) = ([2e-3, 1e-3], [-12.0, 40.0], 3e4);
@@ -262,8 +265,8 @@ mod tests {
         assert_eq!((motion.velocity, motion.spin), ([1.0, 2.0], 0.0));
     }
 
-    /// A column of points that rises at 30 m/s: what is above the reach joins the tail, goes on with what is below it, and is
-    /// shown to `retire` at the domain's rim.
+    /// A column of points that rises at 30 m/s: what is above the reach joins the tail, goes on with what is
+    /// below it, and is shown to `retire` at the domain's rim.
     #[test]
     fn points_join_the_tail_and_leave_at_the_rim() {
         let mut blocks = vec![Block::<f64, PlaneStrain, ()>::empty(); 2];

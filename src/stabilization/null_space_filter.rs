@@ -1,28 +1,31 @@
 //! Null-space filter: no point keeps a velocity that is foreign to all nodes around it, an outlier.
 //!
-//! FLIP adds the grid's increments to the points' velocities and never compares the two again. What points hold and no node
-//! feels moves nothing at first; but points carry it on, to places where nodes do feel it. At a tool's face a few points
-//! gathered many times the tool's speed in this way, and threw their neighbours when they left. Here, each time the points
-//! have moved by `INTERVAL`, a point's velocity is brought back, along each axis, to the one with which it moved, within
-//! what the velocities of the nodes around it differ by and the speed that stress at yield gives a free surface:
+//! FLIP adds the grid's increments to the points' velocities and never compares the two again. What points
+//! hold and no node feels moves nothing at first; but points carry it on, to places where nodes do feel it.
+//! At a tool's face a few points gathered many times the tool's speed in this way, and threw their neighbours
+//! when they left. Here, each time the points have moved by `INTERVAL`, a point's velocity is brought back,
+//! along each axis, to the one with which it moved, within what the velocities of the nodes around it differ
+//! by and the speed that stress at yield gives a free surface:
 //!
 //! r_p = v_p − Σ_i w_ip v_i,  e_p = r_p − clamp(r_p, −L, L),  L = σ_y/(ρ c) + Σ_i w_ip |v_i − Σ_j w_jp v_j|
 //!
-//! over the nodes i of the point's stencil with their velocities v_i at the end of the substep. (Not the range of the v_i: a
-//! node at a surface may have next to no mass, and any velocity.) ρ is the true density where mass is scaled: with the scaled
-//! one the limit would come down to the speeds at which chips slide, and what is exchanged then drags on the tool's face
-//! (book/src/evidence/performance.md). What is taken goes to the nodes and from there to all points around, so that momentum is kept:
+//! over the nodes i of the point's stencil with their velocities v_i at the end of the substep. (Not the
+//! range of the v_i: a node at a surface may have next to no mass, and any velocity.) ρ is the true density
+//! where mass is scaled: with the scaled one the limit would come down to the speeds at which chips slide,
+//! and what is exchanged then drags on the tool's face (book/src/evidence/performance.md). What is taken goes
+//! to the nodes and from there to all points around, so that momentum is kept:
 //!
 //! v_p ← v_p − e_p + Σ_i w_ip (Σ_q w_iq m_q e_q)/m_i
 //!
-//! What this does to the kinetic energy is counted as damping in the ledger. Smooth motion, elastic waves below yield and
-//! material that never yields are not touched; `numerics.stray_velocities` counts the velocities that were.
+//! What this does to the kinetic energy is counted as damping in the ledger. Smooth motion, elastic waves
+//! below yield and material that never yields are not touched; `numerics.stray_velocities` counts the
+//! velocities that were.
 //!
-//! That FLIP keeps what the grid cannot see: Hammerquist and Nairn (2017), doi:10.1016/j.cma.2017.01.035, who take it
-//! away from all points in each step (XPIC). The limit is this project's.
+//! That FLIP keeps what the grid cannot see: Hammerquist and Nairn (2017), doi:10.1016/j.cma.2017.01.035, who
+//! take it away from all points in each step (XPIC). The limit is this project's.
 //!
-//! Form of the effect: the pass over the points compares each one's velocity with the one with which it moves, and more is
-//! done, after the substep, only where they are further apart than σ_y/(ρ c).
+//! Form of the effect: the pass over the points compares each one's velocity with the one with which it
+//! moves, and more is done, after the substep, only where they are further apart than σ_y/(ρ c).
 
 use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;
@@ -37,11 +40,13 @@ use crate::transfer::stencils::{PointWeights, StencilNodes, for_each_node, stenc
 
 /// Motion of the points between two looks at their velocities (cells).
 ///
-/// With 0.1, a few points reached 180 m/s before they were looked at (edges of 40 and 50 µm), with 0.03 none did.
+/// With 0.1, a few points reached 180 m/s before they were looked at (edges of 40 and 50 µm), with 0.03 none
+/// did.
 pub const INTERVAL: f64 = 0.03;
 
-/// Share of all points from which on outliers are a reason to look at the energy of the run (-): in a run that blows up the limit would
-/// hide from the other guards how fast points are (test `random_scenes`, its first regression).
+/// Share of all points from which on outliers are a reason to look at the energy of the run (-): in a run
+/// that blows up the limit would hide from the other guards how fast points are (test `random_scenes`, its
+/// first regression).
 pub const SUSPICIOUS: f64 = 0.05;
 
 /// Nodes around outliers that are found without asking for memory.
@@ -54,7 +59,8 @@ pub struct NullSpaceFilter {
     places: Vec<u32>,
     /// Nodes around outliers.
     shares: Vec<Share>,
-    /// Lowest and highest nearest node of any outlier, along each axis: points more than two nodes beyond share none with it.
+    /// Lowest and highest nearest node of any outlier, along each axis: points more than two nodes beyond
+    /// share none with it.
     range: [[i32; 3]; 2],
 }
 
@@ -83,8 +89,9 @@ impl NullSpaceFilter {
         self.places.resize(nodes.max(self.places.len()), 0);
     }
 
-    /// Brings the outliers that chunks have found back, and passes on what they had; gives their number and the kinetic
-    /// energy that this took (J). With `parallel` on the threads of the current pool, with the same result.
+    /// Brings the outliers that chunks have found back, and passes on what they had; gives their number and
+    /// the kinetic energy that this took (J). With `parallel` on the threads of the current pool, with the
+    /// same result.
     ///
     /// The deposits in `partition.incoming` must be those of the points as they are, and follow.
     pub fn restore_outliers<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>>(
@@ -130,8 +137,8 @@ impl NullSpaceFilter {
         (count, taken)
     }
 
-    /// Whether a point of a block may share nodes with a outlier: its points were sorted along the first axis, and have moved by
-    /// less than a cell since.
+    /// Whether a point of a block may share nodes with a outlier: its points were sorted along the first
+    /// axis, and have moved by less than a cell since.
     fn reaches_block(&self, along_first: &Column<i32>) -> bool {
         let [low, high] = &self.range;
         along_first[BLOCK - 1] + 4 >= low[0] && along_first[0] - 4 <= high[0]
@@ -185,8 +192,8 @@ impl NullSpaceFilter {
         });
     }
 
-    /// Changes the velocities of a block's points by what its outliers had too much of and the nodes around give; returns
-    /// the kinetic energy (J) taken.
+    /// Changes the velocities of a block's points by what its outliers had too much of and the nodes around
+    /// give; returns the kinetic energy (J) taken.
     fn give<R: Real, D: Dimension, F: ShapeFunction<R>>(
         &self,
         layout: &Layout,

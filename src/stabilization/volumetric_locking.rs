@@ -1,24 +1,25 @@
 //! Volumetric locking control: no point's volume ratio strays far from what the grid can tell apart.
 //!
-//! A cell holds several points, and each follows the volume change at its own place, although the grid's velocities
-//! determine little more than one value per cell. In plastic flow, which keeps its volume, the rest piles up as
-//! pressures of opposite sign on neighbouring points that no node's force feels: volumetric locking, and noise that
-//! never relaxes (±16 GPa in the reference cut). Here, each time the points have moved by `INTERVAL`, volume ratios
-//! are averaged on the nodes, and a point that deviates from the average around it by more than a threshold is brought
-//! back to the threshold:
+//! A cell holds several points, and each follows the volume change at its own place, although the grid's
+//! velocities determine little more than one value per cell. In plastic flow, which keeps its volume, the
+//! rest piles up as pressures of opposite sign on neighbouring points that no node's force feels: volumetric
+//! locking, and noise that never relaxes (±16 GPa in the reference cut). Here, each time the points have
+//! moved by `INTERVAL`, volume ratios are averaged on the nodes, and a point that deviates from the average
+//! around it by more than a threshold is brought back to the threshold:
 //!
 //! J_i = Σ_p w_ip V_p J_p / Σ_p w_ip V_p,  d_p = J_p − Σ_i w_ip J_i,  J_p ← J_p − sign(d_p) max(|d_p| − T, 0)
 //!
-//! with V the volume at the start and T the volume strain at which the pressure is (2 + π)/√3 times the initial yield
-//! stress: the pressure under a flat punch, which a difference between neighbours need never exceed. What lies below,
-//! such as elastic waves, shear bands and the gradients around them, stays untouched. What the correction takes from
-//! the elastic energy is returned, for the ledger, and the forces already deposited follow the new pressures.
+//! with V the volume at the start and T the volume strain at which the pressure is (2 + π)/√3 times the
+//! initial yield stress: the pressure under a flat punch, which a difference between neighbours need never
+//! exceed. What lies below, such as elastic waves, shear bands and the gradients around them, stays
+//! untouched. What the correction takes from the elastic energy is returned, for the ledger, and the forces
+//! already deposited follow the new pressures.
 //!
-//! Averaging of the volumetric part on the grid: Mast et al. (2012), doi:10.1016/j.jcp.2012.04.032; the threshold, and
-//! its value from Prandtl's punch, are this project's.
+//! Averaging of the volumetric part on the grid: Mast et al. (2012), doi:10.1016/j.jcp.2012.04.032; the
+//! threshold, and its value from Prandtl's punch, are this project's.
 //!
-//! Form of the effect: an optional pass between substeps. Only points that are strained by half the threshold, and their
-//! neighbours, cost anything.
+//! Form of the effect: an optional pass between substeps. Only points that are strained by half the
+//! threshold, and their neighbours, cost anything.
 
 use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;
@@ -34,7 +35,8 @@ use crate::transfer::stencils::{Stencils, for_each_node};
 
 /// Motion of the points between two looks at their volume ratios (cells).
 ///
-/// Deviations grow between two looks: with five times the interval pressures at the tool's entry rise by a third.
+/// Deviations grow between two looks: with five times the interval pressures at the tool's entry rise by a
+/// third.
 pub const INTERVAL: f64 = 0.1;
 
 /// Pressure under a flat punch on rigid-plastic material over its yield stress, (2 + π)/√3 (Prandtl 1920).
@@ -63,8 +65,8 @@ struct InChunk {
 }
 
 impl LockingControl {
-    /// Limits the deviations of volume ratios; returns the elastic energy it took (J). With `parallel` on the threads of the
-    /// current pool, with the same result.
+    /// Limits the deviations of volume ratios; returns the elastic energy it took (J). With `parallel` on the
+    /// threads of the current pool, with the same result.
     ///
     /// The deposits in `partition.incoming` must be those of the points as they are.
     pub fn limit_deviations<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>>(
@@ -197,8 +199,8 @@ impl LockingControl {
 }
 
 impl InChunk {
-    /// A point off by the threshold is itself strained by half of it, or its surroundings are: then it is they that
-    /// are brought back.
+    /// A point off by the threshold is itself strained by half of it, or its surroundings are: then it is
+    /// they that are brought back.
     fn find_suspects<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
         &mut self,
         blocks: &[Block<R, D, M::State>],

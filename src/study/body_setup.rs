@@ -82,7 +82,8 @@ pub struct Seed {
     pub volume: f64,
 }
 
-/// Centres of `count` boxes of size `spacing` (m) from `corner` (m) on; points are numbered along the last axis first.
+/// Centres of `count` boxes of size `spacing` (m) from `corner` (m) on; points are numbered along the last
+/// axis first.
 pub fn lattice(corner: [f64; 3], count: [usize; 3], spacing: f64, axes: usize) -> Vec<Seed> {
     let mut seeds = Vec::with_capacity(count.iter().product());
     for number in 0..count.iter().product() {
@@ -118,8 +119,8 @@ pub struct BodySetup {
 }
 
 impl BodySetup {
-    /// A domain from `low` to `high` (m) with six cells of rim to each side and nodes at whole multiples of `cell`
-    /// from `low`.
+    /// A domain from `low` to `high` (m) with six cells of rim to each side and nodes at whole multiples of
+    /// `cell` from `low`.
     pub fn around(low: [f64; 2], high: [f64; 2], cell: f64) -> Self {
         const RIM: i32 = 6;
         let count = |axis: usize| ((high[axis] - low[axis]) / cell - 1e-9).ceil() as i32 + 1 + 2 * RIM;
@@ -140,7 +141,8 @@ impl BodySetup {
         ((x - self.origin[axis]) / self.cell).round() as i32
     }
 
-    /// The bodies' points as a simulation, numbered as the seeds; `prepare` may give each, by its number, a state.
+    /// The bodies' points as a simulation, numbered as the seeds; `prepare` may give each, by its number, a
+    /// state.
     pub fn simulation<D: Dimension, F: ShapeFunction<f64>, M: ConstitutiveModel<f64, D>>(
         &self,
         (shape, model): (F, M),

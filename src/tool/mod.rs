@@ -1,6 +1,7 @@
 //! The rigid tool: where it is, how it moves, and its cross-section.
 //!
-//! [`profile`] is the exact shape; contact laws, heat and pictures take the tool from here and change nothing in it.
+//! [`profile`] is the exact shape; contact laws, heat and pictures take the tool from here and change nothing
+//! in it.
 
 pub mod profile;
 

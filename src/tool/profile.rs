@@ -1,18 +1,20 @@
-//! Shape of the rigid tool: its cross-section as an exact signed distance. In three dimensions it is extruded along z.
+//! Shape of the rigid tool: its cross-section as an exact signed distance. In three dimensions it is extruded
+//! along z.
 //!
-//! The origin is the tool's lowest point; the tool cuts towards -x. With rake angle γ, clearance angle α and edge
-//! radius r, the body is the set of points p that satisfy
+//! The origin is the tool's lowest point; the tool cuts towards -x. With rake angle γ, clearance angle α and
+//! edge radius r, the body is the set of points p that satisfy
 //!
 //! * rake face: n_γ · (p − c) ≤ r, n_γ = (−cos γ, sin γ),
 //! * flank: n_α · (p − c) ≤ r, n_α = (sin α, −cos α),
 //! * back and top: x ≤ length, y ≤ height,
 //!
-//! with the corner of rake face and flank replaced by the arc of radius r about c = (0, r), which both faces touch.
-//! The directions from n_γ to n_α, counter-clockwise, are the arc's sector; (0, −1) always lies in it, so that the
-//! arc's lowest point is the origin. For r = 0 the arc is the tip and its sector the outer normals of the sharp corner.
+//! with the corner of rake face and flank replaced by the arc of radius r about c = (0, r), which both faces
+//! touch. The directions from n_γ to n_α, counter-clockwise, are the arc's sector; (0, −1) always lies in it,
+//! so that the arc's lowest point is the origin. For r = 0 the arc is the tip and its sector the outer
+//! normals of the sharp corner.
 //!
-//! The body is convex, so the distance is the largest separation over its supporting lines wherever the nearest point
-//! is not a corner, and the line of largest separation always carries the nearest point.
+//! The body is convex, so the distance is the largest separation over its supporting lines wherever the
+//! nearest point is not a corner, and the line of largest separation always carries the nearest point.
 
 use nalgebra::Vector2;
 
@@ -136,8 +138,9 @@ impl ToolShape {
     ///
     /// * `point`: relative to the tool's lowest point (m)
     ///
-    /// Outside, the distance is exact everywhere; beyond a corner the normal points from the corner to the point.
-    /// Inside, the nearest face decides. At the tip of a sharp tool the normal halves the angle of the two faces'.
+    /// Outside, the distance is exact everywhere; beyond a corner the normal points from the corner to the
+    /// point. Inside, the nearest face decides. At the tip of a sharp tool the normal halves the angle of the
+    /// two faces'.
     #[inline]
     pub fn closest(&self, point: [f64; 2]) -> Closest {
         let point = Vector2::from(point);
@@ -166,8 +169,8 @@ impl ToolShape {
         }
     }
 
-    /// Coordinate along the outline of the place that `closest` found (m): up the rake face from its start, negative down
-    /// the edge and along the flank, on over top and back.
+    /// Coordinate along the outline of the place that `closest` found (m): up the rake face from its start,
+    /// negative down the edge and along the flank, on over top and back.
     pub fn along_outline(&self, point: [f64; 2], closest: &Closest) -> f64 {
         let [rake, flank] = [&self.sides[0], &self.sides[1]];
         let place = Vector2::from(point) - closest.distance * Vector2::from(closest.normal);
@@ -219,7 +222,8 @@ impl ToolShape {
         points
     }
 
-    /// Coordinate of the tool's foremost point among those no higher than `height` above its lowest one (m), at least 0.
+    /// Coordinate of the tool's foremost point among those no higher than `height` above its lowest one (m),
+    /// at least 0.
     pub fn foremost(&self, height: f64) -> f64 {
         let (start, end) = (self.rake_start_vector(), self.sides[0].start);
         // The arc leans forward up to its centre's height, if it reaches so far.

@@ -1,18 +1,18 @@
 //! Affine particle-in-cell transfer (APIC): points that carry a linear velocity field.
 //!
-//! FLIP adds the grid's increments to the points' velocities, APIC takes the grid's velocity itself and keeps its first
-//! moments beside it, so that nothing of a linear velocity field is filtered:
+//! FLIP adds the grid's increments to the points' velocities, APIC takes the grid's velocity itself and keeps
+//! its first moments beside it, so that nothing of a linear velocity field is filtered:
 //!
-//! v = Σ w_i v_i,  B = Σ w_i v_i ⊗ (x_i − x)        from the grid's new velocities,
-//! m_i v_i = Σ w_i m (v + B D⁻¹ (x_i − x)),  D = Σ w_i (x_i − x) ⊗ (x_i − x)    to the grid at the new positions.
+//! v = Σ w_i v_i,  B = Σ w_i v_i ⊗ (x_i − x)        from the grid's new velocities, m_i v_i = Σ w_i m (v + B
+//! D⁻¹ (x_i − x)),  D = Σ w_i (x_i − x) ⊗ (x_i − x)    to the grid at the new positions.
 //!
 //! Weights are products over the axes, so D is diagonal, and both sums follow from what a pass adds up anyway
-//! (`transfer/moments.rs`). Momentum is conserved, and angular momentum with the points' own share
-//! m (B_yx − B_xy), by each transfer, to rounding (tests/apic.rs). Energy of the affine part is no part of the points' kinetic
-//! energy; the ledger counts what goes there as damping.
+//! (`transfer/moments.rs`). Momentum is conserved, and angular momentum with the points' own share m (B_yx −
+//! B_xy), by each transfer, to rounding (tests/apic.rs). Energy of the affine part is no part of the points'
+//! kinetic energy; the ledger counts what goes there as damping.
 //!
-//! Form of the effect: a type parameter. A model in `Affine` keeps B as columns of its state, and the points pass has the
-//! further sums for such states only.
+//! Form of the effect: a type parameter. A model in `Affine` keeps B as columns of its state, and the points
+//! pass has the further sums for such states only.
 //!
 //! Source: Jiang, Schroeder, Selle, Teran and Stomakhin (2015), doi:10.1145/2766996.
 

@@ -1,6 +1,8 @@
-//! Points whose velocity differs from the one with which they move: candidates of the guard on outlier velocities (`outliers`).
+//! Points whose velocity differs from the one with which they move: candidates of the guard on outlier
+//! velocities (`outliers`).
 //!
-//! Here, because a pass over the points has both at hand and a pass of its own would have to gather the second anew.
+//! Here, because a pass over the points has both at hand and a pass of its own would have to gather the
+//! second anew.
 
 use super::scratch::Rows;
 use crate::dimension::Dimension;

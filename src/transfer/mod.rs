@@ -9,26 +9,28 @@
 //! | 3 update | points | FLIP velocity, position, stress from the model, weights at the new positions |
 //! | 4 scatter | node components | mass, momentum and internal force for the next substep (eqs. 6, 7, 11) |
 //!
-//! Sorted points share their stencil with their neighbours: it is looked up, and what they give is added to it, once for
-//! each run of a block's points with the same nearest node.
+//! Sorted points share their stencil with their neighbours: it is looked up, and what they give is added to
+//! it, once for each run of a block's points with the same nearest node.
 //!
-//! Stage 3 treats two registers of points as one (`simd::pair`): a return to the yield surface waits for its own results, and another
-//! goes beside it in that time.
+//! Stage 3 treats two registers of points as one (`simd::pair`): a return to the yield surface waits for its
+//! own results, and another goes beside it in that time.
 //!
-//! Stages 2 and 4 treat one point at a time with all components of a node in one vector [vx, vy, Δvx, Δvy], because
-//! neighbouring points share nodes in no pattern that lasts; two neighbours that do share them, where a register holds two such
-//! vectors (single precision with AVX2). Sums over the stencil are nested: first along the
-//! pencil with that axis' three weights, then over the pencils.
+//! Stages 2 and 4 treat one point at a time with all components of a node in one vector [vx, vy, Δvx, Δvy],
+//! because neighbouring points share nodes in no pattern that lasts; two neighbours that do share them, where
+//! a register holds two such vectors (single precision with AVX2). Sums over the stencil are nested: first
+//! along the pencil with that axis' three weights, then over the pencils.
 //!
-//! Stages 1 and 2 (`to_points`) and stage 4 (`to_grid`) know nothing of the material: each is a kernel of its own, called
-//! once for each block, and compiled once for all models.
+//! Stages 1 and 2 (`to_points`) and stage 4 (`to_grid`) know nothing of the material: each is a kernel of its
+//! own, called once for each block, and compiled once for all models.
 //!
-//! In substeps that look for outlier velocities (`outliers`), each block's are compared with those that its points have moved with,
-//! before stage 4 (`look`).
+//! In substeps that look for outlier velocities (`outliers`), each block's are compared with those that its
+//! points have moved with, before stage 4 (`look`).
 //!
-//! Where increments are smoothed (`partition::smoothing`), the masses that nodes share follow stage 4 (`to_shared`).
+//! Where increments are smoothed (`partition::smoothing`), the masses that nodes share follow stage 4
+//! (`to_shared`).
 //!
-//! Where points carry an affine velocity field (`transfer::apic`), gradients and forces share their records with first moments (`moments`).
+//! Where points carry an affine velocity field (`transfer::apic`), gradients and forces share their records
+//! with first moments (`moments`).
 //!
 //! Equation numbers: Ambati et al. (2011). Stress is updated after the velocity ("stress last").
 
@@ -76,8 +78,8 @@ pub struct PassSums {
     pub viscous_work: f64,
     /// ½ Σ m |Δv|² of the points (J); with an affine velocity field the gain of ½ Σ m |v|².
     pub increment_energy: f64,
-    /// ½ Σ V₀ Δτ : h (J): by how much stress power with the mean stress of the substep exceeds that with the stress
-    /// at its start, which the grid's forces are made of.
+    /// ½ Σ V₀ Δτ : h (J): by how much stress power with the mean stress of the substep exceeds that with the
+    /// stress at its start, which the grid's forces are made of.
     pub stress_lag: f64,
     /// Largest motion along an axis (cells); beyond `TRAVEL_LIMIT` the point was held and the run must stop.
     pub travel: f64,
@@ -244,8 +246,8 @@ fn update<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, M: ConstitutiveMod
     let volume = Pairs::<S>::load(&block.volume[lane..]);
     let mass = volume * Pairs::<S>::constant(model.density());
 
-    // Eq. 17, and the energy of the increments for the ledger. With an affine field the grid's velocity is the point's, and
-    // the ledger takes what that gains; without time nothing changes.
+    // Eq. 17, and the energy of the increments for the ledger. With an affine field the grid's velocity is
+    // the point's, and the ledger takes what that gains; without time nothing changes.
     let mut square = zero;
     for axis in 0..D::AXES {
         let old = Pairs::<S>::load(&block.velocity[axis][lane..]);
@@ -259,7 +261,8 @@ fn update<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, M: ConstitutiveMod
     }
     sums.increment_energy = mass.mul_add(square, sums.increment_energy);
 
-    // Eq. 16. A point that would leave the window of its nodes stays where it is, and the run stops with an error.
+    // Eq. 16. A point that would leave the window of its nodes stays where it is, and the run stops with an
+    // error.
     let limit = Pairs::<S>::constant(TRAVEL_LIMIT);
     let per_cell = Pairs::<S>::splat(rates.per_cell);
     let from_node = inlined!(D::vector, |axis| Pairs::<S>::load(&block.offset[axis][lane..]));

@@ -1,12 +1,14 @@
-//! What an affine velocity field (`transfer::apic`) adds to a pass: first moments of the velocity, in the plane.
+//! What an affine velocity field (`transfer::apic`) adds to a pass: first moments of the velocity, in the
+//! plane.
 //!
-//! Moments about a point follow from those about its nearest node, and go back the same way; with k = −1, 0, 1 along an axis
+//! Moments about a point follow from those about its nearest node, and go back the same way; with k = −1, 0,
+//! 1 along an axis
 //!
 //! Σ w_k (k − d) v_k = Σ w_k k v_k − d Σ w_k v_k,
 //! m (v + B D⁻¹ (k − d)) = m (v − B D⁻¹ d) + k m B D⁻¹.
 //!
-//! Both sums have the form of a gradient with w k in the place of slopes. Gradients and forces in the plane fill half of a
-//! record; moments take the other half, and their coefficients stand beside the slopes:
+//! Both sums have the form of a gradient with w k in the place of slopes. Gradients and forces in the plane
+//! fill half of a record; moments take the other half, and their coefficients stand beside the slopes:
 //!
 //! ```text
 //!  stage 2   [  slope    slope     w k      w k   ] × [ vx  vy  vx  vy ]  →  [ ∂vx  ∂vy  Mx  My ]
@@ -62,8 +64,8 @@ pub(super) fn keep<V: Vector, D: Dimension, T: PointState<V::Scalar>>(
     }
 }
 
-/// What points `lane..` with a mass give to the nodes around their new places: m B D⁻¹ by axis, and the momentum
-/// m (v − B D⁻¹ d).
+/// What points `lane..` with a mass give to the nodes around their new places: m B D⁻¹ by axis, and the
+/// momentum m (v − B D⁻¹ d).
 #[inline(always)]
 pub(super) fn give<V: Vector, D: Dimension, F: ShapeFunction<V::Scalar>, T: PointState<V::Scalar>>(
     shape: &F,

@@ -13,8 +13,8 @@ pub struct NodeRun<R> {
     pub records: Vec<Record<R>>,
     /// Mass per node (kg), and `SLACK` more.
     pub mass: Vec<R>,
-    /// Per node, and `SLACK` more: masses shared with the next node along x and along y, and along a diagonal between them (kg,
-    /// `to_shared`); none where the layout keeps none.
+    /// Per node, and `SLACK` more: masses shared with the next node along x and along y, and along a diagonal
+    /// between them (kg, `to_shared`); none where the layout keeps none.
     pub shared: [Vec<R>; 3],
 }
 

@@ -1,7 +1,8 @@
 //! What passes between the stages of a pass for one block; it stays in the first-level cache.
 //!
-//! Stages 2 and 4 take as many points at a time as a register holds records of (`Simd::ABREAST`), from any lane on, and what
-//! the last one's companion would be lies behind the last lane: read and written there, used nowhere.
+//! Stages 2 and 4 take as many points at a time as a register holds records of (`Simd::ABREAST`), from any
+//! lane on, and what the last one's companion would be lies behind the last lane: read and written there,
+//! used nowhere.
 
 use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;
@@ -27,7 +28,8 @@ pub(super) struct Scratch<R> {
     pub stencils: Stencils<R>,
     /// Per point: velocity and increment (up to two records).
     pub values: [Rows<R>; 2],
-    /// Per point and axis: derivative of the first record; later force records, then factors of the shared masses (`to_shared`).
+    /// Per point and axis: derivative of the first record; later force records, then factors of the shared
+    /// masses (`to_shared`).
     pub gradients: [Rows<R>; 3],
     /// Per point: momentum record.
     pub momentum: Rows<R>,
@@ -50,8 +52,8 @@ impl<R: Real> Scratch<R> {
 
 /// Weights of each point's stencil and their slopes.
 ///
-/// Stages 2 and 4 need each of them in all places of a point's record. One point's is spread while it is loaded, from a column
-/// of all points; those of several, within a register, from rows of four:
+/// Stages 2 and 4 need each of them in all places of a point's record. One point's is spread while it is
+/// loaded, from a column of all points; those of several, within a register, from rows of four:
 ///
 /// ```text
 ///  number n of point p:  column n, place p          row n / 4, record p, entry n % 4
@@ -90,7 +92,8 @@ impl<R: Real> Stencils<R> {
     }
 }
 
-/// Stage 1, and the end of stage 3: weights and slopes of points `lane..` at their offsets; gives the weights along the last axis.
+/// Stage 1, and the end of stage 3: weights and slopes of points `lane..` at their offsets; gives the weights
+/// along the last axis.
 #[inline(always)]
 pub(super) fn store_stencils<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>>(
     shape: &F,
@@ -121,7 +124,8 @@ pub(super) fn store_stencils<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>>
     [numbers[last], numbers[last + 1], numbers[last + 2]]
 }
 
-/// Of points `lane..`: product of the weights across the pencils, and its derivatives along each axis but the last.
+/// Of points `lane..`: product of the weights across the pencils, and its derivatives along each axis but the
+/// last.
 #[inline(always)]
 pub(super) fn transverse<S: Simd, D: Dimension>(
     scratch: &Scratch<S::Scalar>,
@@ -139,7 +143,8 @@ pub(super) fn transverse<S: Simd, D: Dimension>(
     }
 }
 
-/// How many points stages 2 and 4 take together from `lane` (below `BLOCK`) on: as many as `Simd::ABREAST` of the same nearest node.
+/// How many points stages 2 and 4 take together from `lane` (below `BLOCK`) on: as many as `Simd::ABREAST` of
+/// the same nearest node.
 #[inline(always)]
 pub(super) fn together<S: Simd, D: Dimension>(node: &D::Vector<Column<i32>>, lane: usize) -> usize {
     let is_pair = S::ABREAST == 2 && lane + 1 < BLOCK && {
@@ -152,7 +157,8 @@ pub(super) fn together<S: Simd, D: Dimension>(node: &D::Vector<Column<i32>>, lan
     1 + usize::from(is_pair)
 }
 
-/// How many nodes further along the pencils a node is than another; `None` where other pencils pass through it.
+/// How many nodes further along the pencils a node is than another; `None` where other pencils pass through
+/// it.
 #[inline(always)]
 pub(super) fn way_along<D: Dimension>(from: &D::Vector<i32>, to: &D::Vector<i32>) -> Option<i32> {
     let last = D::AXES - 1;

@@ -1,8 +1,9 @@
 //! Weights and slopes of points for the passes between substeps, and the nodes they belong to.
 //!
-//! The substep's own kernels (`transfer`) keep theirs in scratch memory. Passes that look at few points now and then ask here:
-//! for a whole block (`Stencils`, in double precision `ExactStencils`) or for one point (`PointWeights`). All give nodes in
-//! the order of `for_each_node`: pencil by pencil, along each from the lowest on.
+//! The substep's own kernels (`transfer`) keep theirs in scratch memory. Passes that look at few points now
+//! and then ask here: for a whole block (`Stencils`, in double precision `ExactStencils`) or for one point
+//! (`PointWeights`). All give nodes in the order of `for_each_node`: pencil by pencil, along each from the
+//! lowest on.
 
 use crate::dimension::Dimension;
 use crate::grid::Layout;
@@ -11,8 +12,8 @@ use crate::points::{BLOCK, Column, Places};
 use crate::simd::{Array, InstructionSet, Kernel, Real, Simd, Vector, dispatch};
 use crate::transfer::first_node;
 
-/// Calls `visit` with the index in the layout of each node that a point at `node` touches, and the node's place in the
-/// stencil along each axis.
+/// Calls `visit` with the index in the layout of each node that a point at `node` touches, and the node's
+/// place in the stencil along each axis.
 pub(crate) fn for_each_node<D: Dimension>(
     layout: &Layout,
     node: &D::Vector<i32>,
@@ -98,8 +99,8 @@ impl<R: Real, F: ShapeFunction<R>> Kernel<R> for BlockStencils<'_, R, F> {
 
 /// Weights and slopes of a block's points in double precision, by axis and place in the stencil.
 ///
-/// The middle weight is what the others leave, so that weights sum to one and slopes to zero in single precision too: on
-/// these sums conservation rests.
+/// The middle weight is what the others leave, so that weights sum to one and slopes to zero in single
+/// precision too: on these sums conservation rests.
 pub(crate) struct ExactStencils {
     weights: [[Column<f64>; 3]; 3],
     slopes: [[Column<f64>; 3]; 3],
@@ -140,7 +141,8 @@ impl ExactStencils {
     }
 }
 
-/// The weights of one point alone, the same numbers as in `ExactStencils`: where few points of a block are asked for.
+/// The weights of one point alone, the same numbers as in `ExactStencils`: where few points of a block are
+/// asked for.
 pub(crate) struct PointWeights([[f64; 3]; 3]);
 
 impl PointWeights {

@@ -1,4 +1,5 @@
-//! Stage 4 of a pass, with the end of stage 3: what a block's points give to the nodes around their new positions.
+//! Stage 4 of a pass, with the end of stage 3: what a block's points give to the nodes around their new
+//! positions.
 //!
 //! A kernel of its own, so that all constitutive models share one compiled copy of it.
 
@@ -169,7 +170,8 @@ impl<S: Simd, D: Dimension> Pile<S, D> {
         }
     }
 
-    /// Goes on to the next node along the pencils; what points around that one do not reach is added to the run of nodes.
+    /// Goes on to the next node along the pencils; what points around that one do not reach is added to the
+    /// run of nodes.
     #[inline(always)]
     fn slide(&mut self, deposit: &mut NodeRun<S::Scalar>) {
         let zero = S::Records::constant(0.0);

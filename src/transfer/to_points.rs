@@ -1,4 +1,5 @@
-//! Stages 1 and 2 of a pass: weights of a block's points, and velocity, increment and gradient from the nodes.
+//! Stages 1 and 2 of a pass: weights of a block's points, and velocity, increment and gradient from the
+//! nodes.
 //!
 //! A kernel of its own, so that all constitutive models share one compiled copy of it.
 
@@ -103,8 +104,8 @@ fn records_from<R: Real>(nodes: &NodeRun<R>, begin: usize) -> &[Record<R>; 6] {
     nodes.records[begin..begin + 6].first_chunk().expect("six records")
 }
 
-/// Stage 2: velocity, increment and velocity gradient at the points from `lane` on that a register holds. What one gets that is not
-/// around this stencil is overwritten when its turn comes.
+/// Stage 2: velocity, increment and velocity gradient at the points from `lane` on that a register holds.
+/// What one gets that is not around this stencil is overwritten when its turn comes.
 #[inline(always)]
 fn gather<S: Simd, D: Dimension, const AFFINE: bool>(
     stencil: &Stencil<'_, S::Scalar, D>,

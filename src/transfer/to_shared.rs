@@ -1,7 +1,7 @@
 //! The masses that neighbouring nodes share, for smoothed increments (`partition::smoothing`), in the plane.
 //!
-//! m_ij = Σ_p m_p w_ip w_jp of nodes i and j a cell apart along x, along y or along both. A point's weights are products,
-//! w = a_k b_l with node k along x and l along y, and so are its shares in these masses:
+//! m_ij = Σ_p m_p w_ip w_jp of nodes i and j a cell apart along x, along y or along both. A point's weights
+//! are products, w = a_k b_l with node k along x and l along y, and so are its shares in these masses:
 //!
 //! ```text
 //!   y │  o───o
@@ -11,9 +11,11 @@
 //!     │ k,l──o  x
 //! ```
 //!
-//! in which nodes along the pencils stand side by side in a register, as they do for the mass itself (`to_grid`).
+//! in which nodes along the pencils stand side by side in a register, as they do for the mass itself
+//! (`to_grid`).
 //!
-//! A kernel of its own that follows stage 4: what is added up stays in registers, and scenes without pay nothing.
+//! A kernel of its own that follows stage 4: what is added up stays in registers, and scenes without pay
+//! nothing.
 
 use super::nodes::{NodeRun, first_node};
 use super::scratch::{Scratch, load, together, way_along};
@@ -77,8 +79,8 @@ fn around<D: Dimension>(layout: &Layout, first: usize, node: &D::Vector<i32>) ->
     each!(pencil < 3 => first_node::<D>(layout, first, node, pencil))
 }
 
-/// Squares of the weights along y, and products of neighbouring ones, of points `lane..` times their mass; they take the place of
-/// force records, which have been given.
+/// Squares of the weights along y, and products of neighbouring ones, of points `lane..` times their mass;
+/// they take the place of force records, which have been given.
 #[inline(always)]
 fn store_products<S: Simd>(
     mass: S::Lanes,

@@ -1,7 +1,7 @@
 //! Parameters of the workpiece material and of the effects that run.
 //!
-//! Ranges hold every metal with room to spare; they keep the laws defined (Poisson's ratio below ½, exponents and
-//! stiffness positive), not the engineer from being creative.
+//! Ranges hold every metal with room to spare; they keep the laws defined (Poisson's ratio below ½, exponents
+//! and stiffness positive), not the engineer from being creative.
 
 use super::units::*;
 use super::{Access, Kind, Variable, choice_parameter, enumerations, parameter, real};

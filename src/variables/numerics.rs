@@ -1,9 +1,10 @@
 //! Parameters of how a scene is computed.
 //!
-//! The Courant number ends at 1.25: beyond, no material is stable with smoothed increments and two points per cell edge or more
-//! (`setup::courant_limit`), nor beyond 0.6 with plain ones. From 0.61 on the reference cut feeds itself energy (a ledger off by 2 % and
-//! more, at 0.65 by 150 %) and too much plastic strain while the force still looks right.
-//! The limit of the scene's material, 0.5485 for steel, is known once the scene is (`setup::checks`).
+//! The Courant number ends at 1.25: beyond, no material is stable with smoothed increments and two points per
+//! cell edge or more (`setup::courant_limit`), nor beyond 0.6 with plain ones. From 0.61 on the reference cut
+//! feeds itself energy (a ledger off by 2 % and more, at 0.65 by 150 %) and too much plastic strain while the
+//! force still looks right. The limit of the scene's material, 0.5485 for steel, is known once the scene is
+//! (`setup::checks`).
 
 use super::units::*;
 use super::{Kind, NONE, Variable, choice_parameter, enumerations, integer, parameter, real};

@@ -1,7 +1,7 @@
 //! Parameters of what stands in the workshop: process, workpiece, tool, and the results written.
 //!
-//! Ranges keep the geometry meaningful (sizes above zero, rake within ±60°, clearance 0 to 45°); whether the pieces
-//! fit together is the scene's own check.
+//! Ranges keep the geometry meaningful (sizes above zero, rake within ±60°, clearance 0 to 45°); whether the
+//! pieces fit together is the scene's own check.
 
 use super::units::*;
 use super::{Access, Kind, Variable, choice_parameter, enumerations, parameter, real};

@@ -90,8 +90,8 @@ impl<D: Dimension, M: ConstitutiveModel<f64, D>> Kernel<f64> for PointUpdate<'_,
     }
 }
 
-/// Updates the first four points of `state` by the same gradient with the processor's fastest instructions; returns
-/// the plastic work of the first per volume (J/m3).
+/// Updates the first four points of `state` by the same gradient with the processor's fastest instructions;
+/// returns the plastic work of the first per volume (J/m3).
 pub fn update<D: Dimension>(model: &Steel, state: &mut SteelState<D>, h: D::Matrix<f64>, dt: f64) -> f64 {
     dispatch(InstructionSet::detect(), PointUpdate::<D, Steel> { model, state, h: &[h; 4], dt })
 }
@@ -124,7 +124,8 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// The block's points as a simulation; `place` gives each, by its position (m), a velocity (m/s) and may stress it.
+    /// The block's points as a simulation; `place` gives each, by its position (m), a velocity (m/s) and may
+    /// stress it.
     pub fn build<D: Dimension, F: ShapeFunction<f64>>(
         &self,
         constants: &Constants,

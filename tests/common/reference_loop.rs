@@ -1,9 +1,11 @@
-//! The plain material point method: one array per quantity, one loop per equation, scalars, the C library's functions.
+//! The plain material point method: one array per quantity, one loop per equation, scalars, the C library's
+//! functions.
 //!
-//! It is the oracle of the fast kernels (`tests/reference_loop.rs`) and the yardstick of the benchmark: written from
-//! the equations, for plane strain, uniform GIMP with two points per cell edge, Johnson–Cook with rate and adiabatic
-//! heat, and contact of nodes inside the exact tool. Of the solver it uses only the description of the scene and the tool's
-//! signed distance, which has its own oracle in `src/tool_shape/tests.rs`. Equation numbers: Ambati et al. (2011).
+//! It is the oracle of the fast kernels (`tests/reference_loop.rs`) and the yardstick of the benchmark:
+//! written from the equations, for plane strain, uniform GIMP with two points per cell edge, Johnson–Cook
+//! with rate and adiabatic heat, and contact of nodes inside the exact tool. Of the solver it uses only the
+//! description of the scene and the tool's signed distance, which has its own oracle in
+//! `src/tool_shape/tests.rs`. Equation numbers: Ambati et al. (2011).
 
 use crate::common::{Lattice, ROOM};
 use swarf::scene::Constants;
@@ -283,7 +285,8 @@ impl ReferenceLoop {
         }
     }
 
-    /// What Coulomb friction leaves of a velocity at a surface of unit `normal`; `None` where nothing approaches it.
+    /// What Coulomb friction leaves of a velocity at a surface of unit `normal`; `None` where nothing
+    /// approaches it.
     fn after_contact(&self, normal: [f64; 2], velocity: [f64; 2]) -> Option<[f64; 2]> {
         let of_tool = self.tool.velocity;
         let tangent = [-normal[1], normal[0]];

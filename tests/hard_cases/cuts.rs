@@ -19,7 +19,8 @@ fn friction_and_feed_may_be_anything() {
     hold("3");
 }
 
-/// One shape lets a point store 142 m/s between two looks of the guard on stray velocities, where 134 are allowed.
+/// One shape lets a point store 142 m/s between two looks of the guard on stray velocities, where 134 are
+/// allowed.
 #[test]
 fn no_edge_throws_points_or_lets_them_in() {
     hold_but("4", &["rake -15°: largest velocity stored"]);

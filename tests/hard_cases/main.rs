@@ -1,7 +1,7 @@
 //! The hard cases in their short forms: the same functions as `cargo xtask hard-cases` (`study::hard_cases`).
 //!
-//! A case that is known to fail stands in the book (evidence, hard cases) with its figure and the reason; its figures are named here, so
-//! that all others of its sheet are still held.
+//! A case that is known to fail stands in the book (evidence, hard cases) with its figure and the reason; its
+//! figures are named here, so that all others of its sheet are still held.
 
 mod cuts;
 mod material;
@@ -19,8 +19,8 @@ fn sheet(key: &str) -> Sheet {
     sheet
 }
 
-/// All bounds of a case are kept but those of figures whose name contains one of `known`, of which each must still miss one:
-/// what has been mended is not to stay excused.
+/// All bounds of a case are kept but those of figures whose name contains one of `known`, of which each must
+/// still miss one: what has been mended is not to stay excused.
 fn hold_but(key: &str, known: &[&str]) {
     let sheet = sheet(key);
     let is_known = |name: &str| known.iter().any(|part| name.contains(part));

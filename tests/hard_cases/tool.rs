@@ -1,4 +1,5 @@
-//! Cases 10, 11 and 13, and what other processes do: the tool's ways, long runs, many instances, killed processes.
+//! Cases 10, 11 and 13, and what other processes do: the tool's ways, long runs, many instances, killed
+//! processes.
 
 use super::hold;
 

@@ -22,8 +22,8 @@ pub struct Slave {
     messages: Box<Messages>,
 }
 
-/// The logger as C would define it, but for the dots: stable Rust cannot receive variable arguments. The one that is
-/// always passed lands where a fixed one does, on every platform but Apple's on ARM.
+/// The logger as C would define it, but for the dots: stable Rust cannot receive variable arguments. The one
+/// that is always passed lands where a fixed one does, on every platform but Apple's on ARM.
 unsafe extern "C" fn keep_message(
     environment: *mut c_void,
     name: *const c_char,
@@ -32,7 +32,8 @@ unsafe extern "C" fn keep_message(
     format: *const c_char,
     message: *const c_char,
 ) {
-    // SAFETY: `Slave` passes its messages as the environment and outlives its component; all texts end with a zero.
+    // SAFETY: `Slave` passes its messages as the environment and outlives its component; all texts end with a
+    // zero.
     let (messages, name, category, format, message) = unsafe {
         (
             &*environment.cast::<Messages>(),

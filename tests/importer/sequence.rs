@@ -1,8 +1,10 @@
-//! Any sequence of calls, drawn from bytes: the random test takes them from a generator, the fuzzer by coverage.
+//! Any sequence of calls, drawn from bytes: the random test takes them from a generator, the fuzzer by
+//! coverage.
 //!
-//! Whatever is called with whatever values, these must hold: the status is never fmi2Fatal, no message speaks of an
-//! internal error, and a refused call leaves the instance as it was, byte by byte.
-// SAFETY, once for all blocks here: components are alive and used by one thread, arrays have the lengths given.
+//! Whatever is called with whatever values, these must hold: the status is never fmi2Fatal, no message speaks
+//! of an internal error, and a refused call leaves the instance as it was, byte by byte.
+// SAFETY, once for all blocks here: components are alive and used by one thread, arrays have the lengths
+// given.
 #![allow(clippy::undocumented_unsafe_blocks)]
 
 use super::{Slave, Status, reference};

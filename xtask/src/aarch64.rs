@@ -1,7 +1,9 @@
-//! The portable path on another processor: `cargo check` for 64-bit ARM, where a standard library for it is at hand.
+//! The portable path on another processor: `cargo check` for 64-bit ARM, where a standard library for it is
+//! at hand.
 //!
-//! Nothing is linked, so no C compiler for that processor is needed. The standard library is the toolchain's own where rustup
-//! has added it, or comes from the sources of Debian's compiler where `cargo xtask package --windows` has unpacked that.
+//! Nothing is linked, so no C compiler for that processor is needed. The standard library is the toolchain's
+//! own where rustup has added it, or comes from the sources of Debian's compiler where `cargo xtask package
+//! --windows` has unpacked that.
 
 use crate::windows::{folder, is_known_to_rustc};
 use crate::{Outcome, process, target};

@@ -1,8 +1,8 @@
-//! `cargo xtask bench`: speeds (never asserted, since they depend on the machine and its other work) and instruction
-//! counts (compared with committed ones, since they do not).
+//! `cargo xtask bench`: speeds (never asserted, since they depend on the machine and its other work) and
+//! instruction counts (compared with committed ones, since they do not).
 //!
-//! The speeds come from `benches/report`, single kernels under Criterion from `benches/kernels.rs`. For the counts,
-//! callgrind runs a kernel twice, a different number of times: the difference is the kernel's own.
+//! The speeds come from `benches/report`, single kernels under Criterion from `benches/kernels.rs`. For the
+//! counts, callgrind runs a kernel twice, a different number of times: the difference is the kernel's own.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -271,7 +271,8 @@ mod tests {
         let text = process::read(&committed_path()).expect("the file is committed");
         let committed: Committed = toml::from_str(&text).expect("its three entries");
         assert!((0.0..=0.05).contains(&committed.tolerance), "tolerance {}", committed.tolerance);
-        // What a scene does not name costs nothing: an effect that comes in may not be seen in the others' counts.
+        // What a scene does not name costs nothing: an effect that comes in may not be seen in the others'
+        // counts.
         assert!((0.0..=0.002).contains(&committed.tolerance_same_compiler));
         assert!(committed.instructions_per_point.len() >= 5, "{:?}", committed.instructions_per_point);
         for (kernel, count) in &committed.instructions_per_point {

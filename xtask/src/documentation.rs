@@ -1,6 +1,6 @@
-//! The FMU's own documentation: `modelDescription/documentation/index.html` with pages of the book in place of
-//! their marks, put together when the FMU is packaged, with tables made anew, so that the page inside an FMU
-//! always speaks of that FMU.
+//! The FMU's own documentation: `modelDescription/documentation/index.html` with pages of the book in place
+//! of their marks, put together when the FMU is packaged, with tables made anew, so that the page inside an
+//! FMU always speaks of that FMU.
 
 use pulldown_cmark::{CowStr, Event, HeadingLevel, Options, Parser, Tag, TagEnd, html};
 
@@ -35,8 +35,8 @@ pub fn complete(template: &str) -> Outcome<String> {
     Ok(page)
 }
 
-/// A page of the book as HTML below a heading of second order. Links to included pages stay links, others become
-/// words; pictures are left out.
+/// A page of the book as HTML below a heading of second order. Links to included pages stay links, others
+/// become words; pictures are left out.
 fn converted(text: &str, name: &str, included: &[&str]) -> String {
     let events: Vec<Event> = Parser::new_ext(text, Options::ENABLE_TABLES).collect();
     let (mut kept, mut links, mut is_picture) = (Vec::new(), Vec::new(), false);
@@ -109,7 +109,8 @@ mod tests {
     use super::*;
     use crate::tables::{attribute, variables_of};
 
-    /// Headings go one level down and get names; links stay where they lead to the page; pictures and marks go.
+    /// Headings go one level down and get names; links stay where they lead to the page; pictures and marks
+    /// go.
     #[test]
     fn a_page_of_the_book_becomes_a_part_of_the_page() {
         let text = "# Limits\n\n![p](p.png) [a](parameters.md#enumerations) [b](../x.md) [c](#more)\n\n## More\n\n\

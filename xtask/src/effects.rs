@@ -1,7 +1,8 @@
-//! `cargo xtask effects`: what each effect costs and changes, as a table in Markdown (`target/effects/effects.md`).
+//! `cargo xtask effects`: what each effect costs and changes, as a table in Markdown
+//! (`target/effects/effects.md`).
 //!
-//! The effects are the table of `benches/report/effects.rs`. Instructions are counted by callgrind between two places of a coarse
-//! cut; everything else comes from the reference cut with and without the effect.
+//! The effects are the table of `benches/report/effects.rs`. Instructions are counted by callgrind between
+//! two places of a coarse cut; everything else comes from the reference cut with and without the effect.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -107,7 +108,8 @@ fn per_point_step(name: &str, which: &str) -> Outcome<f64> {
     Ok((after.1 - before.1) / (after.0 - before.0))
 }
 
-/// Size of the library and number of its compiled kernels; with its build time where it is built anew for that.
+/// Size of the library and number of its compiled kernels; with its build time where it is built anew for
+/// that.
 fn library(builds: bool) -> Outcome<String> {
     let folder = if builds { target().join("effects/build") } else { target().to_path_buf() };
     if builds && folder.exists() {
@@ -119,7 +121,8 @@ fn library(builds: bool) -> Outcome<String> {
     let seconds = begin.elapsed().as_secs_f64();
     let library = folder.join("release/libswarf.so");
     let symbols = process::output(Command::new("nm").arg(&library))?;
-    // Each kernel is one copy of `run` in a unit of `simd::avx2`; its twin for every processor stands in `simd::portable`.
+    // Each kernel is one copy of `run` in a unit of `simd::avx2`; its twin for every processor stands in
+    // `simd::portable`.
     let kernels = symbols.lines().filter(|line| line.contains("4simd4avx26unit_")).count();
     let mut text =
         format!("\n{kernels} compiled kernels for AVX2; library {:.2} MB stripped", stripped(&library)?);

@@ -1,7 +1,8 @@
 //! `cargo xtask fuzz`: coverage-guided random calls on the C functions, with LLVM's libFuzzer.
 //!
-//! The instrumentation is a pass of LLVM that the stable compiler has too, so neither nightly nor cargo-fuzz is needed;
-//! libFuzzer itself is compiled by the `libfuzzer-sys` crate. The address sanitizer is nightly's alone.
+//! The instrumentation is a pass of LLVM that the stable compiler has too, so neither nightly nor cargo-fuzz
+//! is needed; libFuzzer itself is compiled by the `libfuzzer-sys` crate. The address sanitizer is nightly's
+//! alone.
 
 use crate::{Outcome, process, target};
 
@@ -28,7 +29,8 @@ pub struct Arguments {
     address_sanitizer: bool,
 }
 
-/// Builds the target and runs it; inputs that reach new code, and findings, are kept in `target/fuzz` (or `fuzz-asan`).
+/// Builds the target and runs it; inputs that reach new code, and findings, are kept in `target/fuzz` (or
+/// `fuzz-asan`).
 ///
 /// # Errors
 /// A failed build, or a finding.

@@ -17,11 +17,12 @@ pub struct Arguments {
     short: bool,
 }
 
-/// Runs the cases into `target/hard-cases`, or `target/hard-cases-short`; those named, or all and the random scenes.
+/// Runs the cases into `target/hard-cases`, or `target/hard-cases-short`; those named, or all and the random
+/// scenes.
 ///
 /// # Errors
-/// A failed build, random scenes that broke a promise, or files that cannot be written. A case that fails is no error: it
-/// stands in the table.
+/// A failed build, random scenes that broke a promise, or files that cannot be written. A case that fails is
+/// no error: it stands in the table.
 pub fn run(arguments: &Arguments) -> Outcome {
     let is_short = arguments.short;
     let out = target().join(if is_short { "hard-cases-short" } else { "hard-cases" });

@@ -41,8 +41,8 @@ use cut_arguments::Arguments as CutArguments;
 struct CommandLine {
     #[command(subcommand)]
     command: Command,
-    /// Write what verify, accuracy, validate, hard-cases, effects --full, bench --quick or bench --row NAME --full measures
-    /// into results/, with command, commit, processor and date
+    /// Write what verify, accuracy, validate, hard-cases, effects --full, bench --quick or bench --row NAME
+    /// --full measures into results/, with command, commit, processor and date
     #[arg(long, global = true)]
     record: bool,
 }
@@ -80,7 +80,8 @@ enum Command {
     HardCases(hard_cases::Arguments),
     /// Write modelDescription/modelDescription.xml, or check that it is not stale
     Describe(describe::Arguments),
-    /// Write the generated tables of README and book, and build the book into target/book (mdBook is fetched, 5 MB)
+    /// Write the generated tables of README and book, and build the book into target/book (mdBook is fetched,
+    /// 5 MB)
     Book(book::Arguments),
     /// Make the Python environment alone
     Setup,

@@ -1,8 +1,10 @@
-//! `target/swarf.fmu`: the library, the model description, resources, documentation, picture and licences in one zip.
+//! `target/swarf.fmu`: the library, the model description, resources, documentation, picture and licences in
+//! one zip.
 //!
-//! The library is built in a folder of its own, with the paths of this machine mapped to neutral names, stripped, and
-//! searched for those paths and for symbols beyond the standard's afterwards. Files are packed in a fixed order with a
-//! fixed date. Libraries of other platforms are taken over from FMUs that were packaged there.
+//! The library is built in a folder of its own, with the paths of this machine mapped to neutral names,
+//! stripped, and searched for those paths and for symbols beyond the standard's afterwards. Files are packed
+//! in a fixed order with a fixed date. Libraries of other platforms are taken over from FMUs that were
+//! packaged there.
 
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read, Write};
@@ -42,8 +44,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
 pub enum Kind<'a> {
     /// For this machine as it is.
     Plain,
-    /// Taken from the build that the tests run on, which saves one of two builds of all kernels: for tests, not to be given away. The
-    /// linker leaves out nearly all of what feature `study` adds; the symbols stay.
+    /// Taken from the build that the tests run on, which saves one of two builds of all kernels: for tests,
+    /// not to be given away. The linker leaves out nearly all of what feature `study` adds; the symbols stay.
     Tested,
     /// For Linux with an older C library, too.
     Portable(&'a Zig),
@@ -115,7 +117,8 @@ impl Kind<'_> {
         }
     }
 
-    /// Its build folder, a cargo command unless it is built already, and where below the folder the library ends up.
+    /// Its build folder, a cargo command unless it is built already, and where below the folder the library
+    /// ends up.
     fn cargo(&self, arguments: &[&str]) -> (PathBuf, Option<std::process::Command>, PathBuf) {
         let (name, command, place) = match self {
             Kind::Tested => return (test::folder(), None, PathBuf::from("release/deps")),
@@ -154,7 +157,8 @@ fn take_over(files: &mut BTreeMap<String, Vec<u8>>, other: &Path) -> Outcome {
 
 /// Builds the library, unless the tests have, and gives its bytes, free of this machine's paths.
 fn library(kind: &Kind, suffix: &str) -> Outcome<Vec<u8>> {
-    // `cargo rustc --crate-type` builds the library alone: beside an rlib, cargo would leave out link-time optimisation.
+    // `cargo rustc --crate-type` builds the library alone: beside an rlib, cargo would leave out link-time
+    // optimisation.
     let arguments = ["rustc", "--release", "--package", "swarf", "--lib", "--crate-type", "cdylib"];
     let (build_folder, command, place) = kind.cargo(&arguments);
     if let Some(mut command) = command {
@@ -203,7 +207,8 @@ pub fn map_paths(command: &mut std::process::Command) -> Outcome {
     Ok(())
 }
 
-/// Folders of this machine that a build may leave in a library, the longest last (the last match counts for rustc).
+/// Folders of this machine that a build may leave in a library, the longest last (the last match counts for
+/// rustc).
 fn machine_paths() -> Outcome<Vec<(PathBuf, &'static str)>> {
     let home = std::env::var_os("HOME").map(PathBuf::from);
     let below_home = |variable: &str, name: &str| {

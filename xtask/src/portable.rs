@@ -1,9 +1,10 @@
-//! Libraries that load on systems older than this one: built for glibc 2.17 (2012), which every distribution in
-//! support has.
+//! Libraries that load on systems older than this one: built for glibc 2.17 (2012), which every distribution
+//! in support has.
 //!
-//! A library linked on a new system asks for the newest version of each C function it calls, and an older system then
-//! refuses to load it. `cargo-zigbuild` links against the symbol list of a chosen glibc instead; both it and zig come
-//! from PyPI. The result is read back with objdump, since a wrong library would fail on other people's machines only.
+//! A library linked on a new system asks for the newest version of each C function it calls, and an older
+//! system then refuses to load it. `cargo-zigbuild` links against the symbol list of a chosen glibc instead;
+//! both it and zig come from PyPI. The result is read back with objdump, since a wrong library would fail on
+//! other people's machines only.
 
 use std::path::Path;
 use std::process::Command;
@@ -52,7 +53,8 @@ pub const FUNCTIONS: [&str; 34] = [
     "fmi2Terminate",
 ];
 
-/// Checks that a library exports the standard's functions and nothing else, and needs no newer glibc than `newest`.
+/// Checks that a library exports the standard's functions and nothing else, and needs no newer glibc than
+/// `newest`.
 ///
 /// # Errors
 /// Names the symbols at fault.

@@ -522,7 +522,8 @@ mod tests {
         );
     }
 
-    /// The shapes of what `bench` writes: one line for all starts of a way, differences but for the first cut.
+    /// The shapes of what `bench` writes: one line for all starts of a way, differences but for the first
+    /// cut.
     #[test]
     fn cuts_become_rows() {
         let cut = |name: &str, force: f64| {

@@ -1,4 +1,5 @@
-//! The Python environment in `.venv`: libclang, which building the master needs, and FMPy with pytest for the tests.
+//! The Python environment in `.venv`: libclang, which building the master needs, and FMPy with pytest for the
+//! tests.
 //!
 //! It is made once, and again when the list of packages or the Python version changes.
 

@@ -48,11 +48,11 @@ pub fn run() -> Outcome {
     stages.report()
 }
 
-/// `cargo test` for all packages at once, since another choice of packages would build the library with all its kernels
-/// anew; arguments can be added.
+/// `cargo test` for all packages at once, since another choice of packages would build the library with all
+/// its kernels anew; arguments can be added.
 ///
-/// Optimised as what ships, so that the FMU of the tests is linked from the same build, in a folder of its own: a library that
-/// was built otherwise would take the place of this one.
+/// Optimised as what ships, so that the FMU of the tests is linked from the same build, in a folder of its
+/// own: a library that was built otherwise would take the place of this one.
 pub fn tests() -> Outcome<Command> {
     let mut command = process::cargo(&["test", "--release", "--features", "swarf/study"]);
     for package in ["swarf", "xtask", "swarf-master"] {

@@ -33,7 +33,8 @@ pub struct Study {
 /// Runs `swarf verify` into `target/verify`, or the folder named.
 ///
 /// # Errors
-/// A failed build, or files that cannot be written. A criterion that is not met is no error: it stands in the table.
+/// A failed build, or files that cannot be written. A criterion that is not met is no error: it stands in the
+/// table.
 pub fn run(arguments: &Arguments) -> Outcome {
     let out = arguments.out.clone().unwrap_or_else(|| target().join("verify"));
     swarf("verify", &out, &[])

@@ -1,10 +1,11 @@
 //! `cargo xtask package --windows`: the FMU's library for Windows on x86-64, built on Linux.
 //!
-//! The linker and the C library's stubs are zig's (PyPI), for Rust's target `x86_64-pc-windows-gnullvm`, so neither
-//! mingw-w64 nor Visual Studio takes part. Rust's standard library for Windows is the toolchain's own where rustup has
-//! added it. Elsewhere (rustup's server may be out of reach) it is compiled from the sources that Debian ships for
-//! building Firefox, `rust-web-src`, with Debian's compiler of the same version, `rustc-web`: both are fetched with apt,
-//! unpacked into `.tools/debian-rust` without being installed, and touch nothing else on the machine.
+//! The linker and the C library's stubs are zig's (PyPI), for Rust's target `x86_64-pc-windows-gnullvm`, so
+//! neither mingw-w64 nor Visual Studio takes part. Rust's standard library for Windows is the toolchain's own
+//! where rustup has added it. Elsewhere (rustup's server may be out of reach) it is compiled from the sources
+//! that Debian ships for building Firefox, `rust-web-src`, with Debian's compiler of the same version,
+//! `rustc-web`: both are fetched with apt, unpacked into `.tools/debian-rust` without being installed, and
+//! touch nothing else on the machine.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -109,7 +110,8 @@ struct Listing<'a> {
 }
 
 impl<'a> Listing<'a> {
-    /// Exported names are listed as `[index] name`, or with their number in between; needed libraries as `DLL Name: name`.
+    /// Exported names are listed as `[index] name`, or with their number in between; needed libraries as `DLL
+    /// Name: name`.
     fn read(listing: &'a str) -> Self {
         let needed = listing.lines().filter_map(|line| line.trim().strip_prefix("DLL Name: ")).collect();
         let table = listing.split_once("[Ordinal/Name Pointer] Table").map_or("", |(_, rest)| rest);
@@ -154,7 +156,8 @@ fn debian_rust() -> Outcome<PathBuf> {
 /// Fetches the packages and those that they need and this machine lacks, and unpacks all of them.
 fn unpack_debian(folder: &Path) -> Outcome {
     let (packages, unpacked) = (folder.join("packages"), folder.join("unpacked"));
-    // Lists of its own: updating the system's takes an administrator, and old ones may name a compiler that is too old.
+    // Lists of its own: updating the system's takes an administrator, and old ones may name a compiler that
+    // is too old.
     let lists = folder.join("apt");
     for path in [&packages, &unpacked, &lists.join("lists/partial"), &lists.join("cache/archives/partial")] {
         std::fs::create_dir_all(path).map_err(|e| format!("cannot make '{}': {e}", path.display()))?;

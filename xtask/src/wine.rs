@@ -1,8 +1,10 @@
-//! `cargo xtask wine`: the Windows library of `target/swarf.fmu`, loaded and run under Wine, beside the Linux one.
+//! `cargo xtask wine`: the Windows library of `target/swarf.fmu`, loaded and run under Wine, beside the Linux
+//! one.
 //!
-//! `xtask/wine/life.c` leads instances through their lives as an importer written in C does. It is compiled for both
-//! systems, and what the two libraries compute is compared. With `--tests` the Rust tests of the interface and all unit
-//! tests are compiled for Windows and run as well. Wine is not Windows; it is what can be had on Linux.
+//! `xtask/wine/life.c` leads instances through their lives as an importer written in C does. It is compiled
+//! for both systems, and what the two libraries compute is compared. With `--tests` the Rust tests of the
+//! interface and all unit tests are compiled for Windows and run as well. Wine is not Windows; it is what can
+//! be had on Linux.
 
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
@@ -10,8 +12,8 @@ use std::process::Command;
 
 use crate::{Outcome, portable, process, root, setup, target, windows::Windows};
 
-/// Largest difference of an output between the two systems, as a share of it: their C libraries may round a sine or a
-/// logarithm of the set-up differently, which some hundred substeps carry on.
+/// Largest difference of an output between the two systems, as a share of it: their C libraries may round a
+/// sine or a logarithm of the set-up differently, which some hundred substeps carry on.
 const TOLERANCE: f64 = 1e-6;
 
 /// Tests that need nothing of Linux.
@@ -63,7 +65,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     Ok(())
 }
 
-/// Gives a command Wine's own folder and silence, so that a user's Wine stays untouched, and the libraries built beside.
+/// Gives a command Wine's own folder and silence, so that a user's Wine stays untouched, and the libraries
+/// built beside.
 fn in_wine<'a>(command: &'a mut Command, folder: &Path) -> &'a mut Command {
     // Wine shows the whole file system as drive Z.
     let path = format!("Z:{}", folder.display().to_string().replace('/', "\\"));

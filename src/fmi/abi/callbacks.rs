@@ -7,7 +7,8 @@ use std::ffi::{CStr, CString, c_char, c_int, c_void};
 pub type LoggerFunction =
     unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
 
-/// fmi2CallbackFunctions. Memory comes from Rust's allocator and no step ends in the background, so three stay unused.
+/// fmi2CallbackFunctions. Memory comes from Rust's allocator and no step ends in the background, so three
+/// stay unused.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Callbacks {
@@ -53,8 +54,8 @@ impl Log for CLog {
         let message = CString::new(message.replace('\0', " ")).unwrap_or_default();
         let category = CString::new(category.name()).unwrap_or_default();
         let (name, format) = (self.name.as_ptr(), c"%s");
-        // SAFETY: whoever made this guarantees logger and environment; all texts end with a zero and live long enough.
-        // The format takes exactly one text, so no character of the message is read as one.
+        // SAFETY: whoever made this guarantees logger and environment; all texts end with a zero and live
+        // long enough. The format takes exactly one text, so no character of the message is read as one.
         unsafe {
             logger(
                 self.environment,

@@ -1,8 +1,8 @@
 //! The C functions of FMI 2.0: pointers and nothing else.
 //!
 //! Each function translates its arguments inside `call`, which checks the handle, runs the safe code of
-//! `fmi::instance`, logs an error and turns it, or a panic, into a status. Life cycle and steps are here, variables in
-//! `variables`, FMU states in `states`.
+//! `fmi::instance`, logs an error and turns it, or a panic, into a status. Life cycle and steps are here,
+//! variables in `variables`, FMU states in `states`.
 #![allow(non_snake_case)] // The names are the standard's.
 
 mod callbacks;
@@ -41,8 +41,8 @@ struct Handle {
 /// A null, misaligned, freed or busy handle is an error; there is no instance whose log could tell more.
 ///
 /// # Safety
-/// `component` is null or came from `fmi2Instantiate`. It is not freed while this runs. (A handle freed earlier is
-/// refused as long as the allocator has left its memory alone, which nobody promises.)
+/// `component` is null or came from `fmi2Instantiate`. It is not freed while this runs. (A handle freed
+/// earlier is refused as long as the allocator has left its memory alone, which nobody promises.)
 unsafe fn call(
     component: *mut c_void,
     which: &'static Call,
@@ -83,8 +83,8 @@ pub extern "C" fn fmi2GetVersion() -> *const c_char {
 /// * `callbacks`: only the logger is used, and it may be null
 ///
 /// # Safety
-/// Texts are null or end with a zero; `callbacks` is null or points to the standard's struct, whose logger and
-/// environment stay valid until the instance is freed.
+/// Texts are null or end with a zero; `callbacks` is null or points to the standard's struct, whose logger
+/// and environment stay valid until the instance is freed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Instantiate(
     name: *const c_char,
@@ -176,8 +176,8 @@ pub unsafe extern "C" fn fmi2FreeInstance(component: *mut c_void) {
 
 /// Gives memory that is no longer in use back to the system.
 ///
-/// The C library keeps what threads have freed for threads to come; without this nearly all of an instance's memory stays
-/// with the process until it ends.
+/// The C library keeps what threads have freed for threads to come; without this nearly all of an instance's
+/// memory stays with the process until it ends.
 pub fn give_back_memory() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     // SAFETY: the function takes no pointer and may be called at any time from any thread.

@@ -96,7 +96,8 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(
     let body = |instance: &mut Instance| {
         pointers::check(bytes, "serializedState")?;
         let written = instance.serialize_fmu_state(state.addr(), size)?;
-        // SAFETY: our caller says that there is room for `size` bytes, which is the length of what is written.
+        // SAFETY: our caller says that there is room for `size` bytes, which is the length of what is
+        // written.
         unsafe { pointers::write_all(bytes.cast::<u8>(), &written, "serializedState") }.map(|()| Status::Ok)
     };
     // SAFETY: our caller gives the guarantee that `call` asks for.
@@ -106,7 +107,8 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(
 /// Makes a state from bytes; what `state` held before is not looked at.
 ///
 /// # Safety
-/// `component` as for `fmi2DoStep`; `bytes` is null or points to `size` bytes; `state` is null or points to room.
+/// `component` as for `fmi2DoStep`; `bytes` is null or points to `size` bytes; `state` is null or points to
+/// room.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     component: *mut c_void,

@@ -8,8 +8,8 @@ use std::sync::Mutex;
 /// The environment of the test logger: what it has been told.
 type Messages = Mutex<Vec<String>>;
 
-/// A logger as an importer has it, but for the variable arguments, which stable Rust cannot receive: the one that is
-/// always passed lands where C puts a fixed one on all calling conventions that this test runs on.
+/// A logger as an importer has it, but for the variable arguments, which stable Rust cannot receive: the one
+/// that is always passed lands where C puts a fixed one on all calling conventions that this test runs on.
 unsafe extern "C" fn keep_message(
     environment: *mut c_void,
     _name: *const c_char,
@@ -79,7 +79,8 @@ fn a_panic_spoils_the_instance_until_it_is_reset_or_restored() {
     }
 }
 
-/// A logger that calls back into its own instance would see it half changed, so it is refused, and freeing waits.
+/// A logger that calls back into its own instance would see it half changed, so it is refused, and freeing
+/// waits.
 #[test]
 fn a_call_from_within_a_call_is_refused() {
     let messages = Messages::default();
@@ -99,11 +100,13 @@ fn a_call_from_within_a_call_is_refused() {
 /// A call on an instance, with a pointer to spare for its other arguments.
 type Call = fn(*mut c_void, *mut c_void) -> Status;
 
-/// Calls with arguments that are right as far as they can be, in the order of `calls::ALL` less `fmi2FreeInstance`, and
-/// whether a spoiled instance takes them: only what makes it sound again, and what does not look at its model.
+/// Calls with arguments that are right as far as they can be, in the order of `calls::ALL` less
+/// `fmi2FreeInstance`, and whether a spoiled instance takes them: only what makes it sound again, and what
+/// does not look at its model.
 const SPOILED: [(&str, bool, Call); 30] = {
     use std::ptr::null;
-    // SAFETY, once for all: the component is alive, arrays have one entry or none, and states are not followed.
+    // SAFETY, once for all: the component is alive, arrays have one entry or none, and states are not
+    // followed.
     #[allow(clippy::undocumented_unsafe_blocks)]
     [
         ("fmi2SetDebugLogging", true, |c, _| unsafe { fmi2SetDebugLogging(c, 0, 0, null()) }),

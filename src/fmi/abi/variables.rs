@@ -12,7 +12,8 @@ use std::ffi::{c_char, c_int, c_void};
 /// Reads values of one type and hands them over.
 ///
 /// # Safety
-/// `component` as for `fmi2DoStep`; `references` is null or has `count` entries, `values` is null or has room for `count`.
+/// `component` as for `fmi2DoStep`; `references` is null or has `count` entries, `values` is null or has room
+/// for `count`.
 unsafe fn get<T: Copy>(
     component: *mut c_void,
     which: &'static Call,
@@ -24,7 +25,8 @@ unsafe fn get<T: Copy>(
         // SAFETY: our caller says that there are `count` of them.
         let references = unsafe { pointers::array(references, count, "vr") }?;
         let found = read(instance, references)?;
-        // SAFETY: our caller says that there is room for `count` of them, and one was read for each reference.
+        // SAFETY: our caller says that there is room for `count` of them, and one was read for each
+        // reference.
         unsafe { pointers::write_all(values, &found, "value") }.map(|()| Status::Ok)
     };
     // SAFETY: our caller gives the guarantee that `call` asks for.
@@ -59,8 +61,8 @@ macro_rules! functions {
         $(#[doc = $text])+
         ///
         /// # Safety
-        /// `component` as for `fmi2DoStep`; the arrays are null or have `count` entries, texts among them are null or end
-        /// with a zero.
+        /// `component` as for `fmi2DoStep`; the arrays are null or have `count` entries, texts among them are
+        /// null or end with a zero.
         #[unsafe(no_mangle)]
         pub unsafe extern "C" fn $name(
             component: *mut c_void,
@@ -68,7 +70,8 @@ macro_rules! functions {
             count: usize,
             values: $values,
         ) -> Status {
-            // SAFETY: our caller gives the guarantee above, which is the one that `get`, `set` and the body ask for.
+            // SAFETY: our caller gives the guarantee above, which is the one that `get`, `set` and the body
+            // ask for.
             unsafe { $way(component, &calls::$call, (references, count), values, $body) }
         }
     )+};

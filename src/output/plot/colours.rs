@@ -10,7 +10,8 @@ use plotters::style::RGBColor;
 pub enum Colours {
     /// Violet over green to yellow: strain.
     Viridis,
-    /// Dark violet over red to light yellow: temperature. The scale's black end is left out: it hides the outlines.
+    /// Dark violet over red to light yellow: temperature. The scale's black end is left out: it hides the
+    /// outlines.
     Inferno,
 }
 

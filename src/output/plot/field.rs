@@ -1,4 +1,5 @@
-//! Pictures of a field on the points: every pixel in the colour of its nearest point, the tool in grey, axes in mm.
+//! Pictures of a field on the points: every pixel in the colour of its nearest point, the tool in grey, axes
+//! in mm.
 
 use std::path::Path;
 
@@ -38,7 +39,8 @@ pub struct FieldPicture<'a> {
 }
 
 impl View {
-    /// A part that holds the points of all given frames but for stray ones, and the tool's edge with some of the tool.
+    /// A part that holds the points of all given frames but for stray ones, and the tool's edge with some of
+    /// the tool.
     ///
     /// One point in 2,000 may lie outside on each side: a shaving that flies off does not shrink the picture.
     pub fn of(frames: &[&PointFields], spacing: f64) -> View {
@@ -144,10 +146,11 @@ fn field_into(
     Ok(())
 }
 
-/// For each pixel, row by row from the top, the point that colours it: the nearest one, or none outside the body.
+/// For each pixel, row by row from the top, the point that colours it: the nearest one, or none outside the
+/// body.
 ///
-/// The body is the points' discs of 0.6 spacings, closed: gaps up to 2.8 spacings wide belong to it, as between the
-/// points of stretched material, while a free surface stays within 0.6 spacings of its points.
+/// The body is the points' discs of 0.6 spacings, closed: gaps up to 2.8 spacings wide belong to it, as
+/// between the points of stretched material, while a free surface stays within 0.6 spacings of its points.
 ///
 /// * `scale`: pixels per millimetre
 /// * `size`: width and height in pixels
@@ -343,7 +346,8 @@ mod tests {
         fields
     }
 
-    /// Draws strain and temperature; with SWARF_PICTURES set to a folder the pictures stay there to be looked at.
+    /// Draws strain and temperature; with SWARF_PICTURES set to a folder the pictures stay there to be looked
+    /// at.
     #[test]
     fn a_field_picture_is_drawn_at_equal_scale() {
         let keep = std::env::var_os("SWARF_PICTURES");

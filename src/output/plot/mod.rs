@@ -1,7 +1,7 @@
 //! Pictures: line charts and scatters (`chart`), fields on the points with the tool (`field`).
 //!
-//! Drawn by plotters into PNG files with a font that comes along, so that a picture looks alike on every machine. Each
-//! file carries the program's version and the run's parameters as text inside the PNG.
+//! Drawn by plotters into PNG files with a font that comes along, so that a picture looks alike on every
+//! machine. Each file carries the program's version and the run's parameters as text inside the PNG.
 
 pub mod chart;
 pub mod colours;

@@ -1,14 +1,16 @@
-//! Convergence of the cut: values over spacings with their scatter, the band each spacing has, and what may be extrapolated.
+//! Convergence of the cut: values over spacings with their scatter, the band each spacing has, and what may
+//! be extrapolated.
 //!
 //! With f(h) the mean over shifted starts, s(h) their standard deviation, and f₀ = f at the finest spacing:
 //!
 //! band(h) = (S |f(h) − f(h/2)| + 2 s(h)) / |f₀|
 //!
-//! S = 3, the factor usual for two grids of unknown order (Roache 1994). Only where all differences have one sign and
-//! shrink by at least √2 per halving, orders within one of each other, is the order p taken for known; then
-//! S = 1.25 / (1 − 2⁻ᵖ), the sum of what further halvings change with a quarter in reserve, and f₀ + (f₀ − f(2 h₀)) / (2ᵖ − 1)
-//! is shown as the extrapolated value. At the finest spacing the next difference is not known: it is taken as the last one
-//! over 2ᵖ, or as the last one itself where no order holds.
+//! S = 3, the factor usual for two grids of unknown order (Roache 1994). Only where all differences have one
+//! sign and shrink by at least √2 per halving, orders within one of each other, is the order p taken for
+//! known; then S = 1.25 / (1 − 2⁻ᵖ), the sum of what further halvings change with a quarter in reserve, and
+//! f₀ + (f₀ − f(2 h₀)) / (2ᵖ − 1) is shown as the extrapolated value. At the finest spacing the next
+//! difference is not known: it is taken as the last one over 2ᵖ, or as the last one itself where no order
+//! holds.
 
 /// Safety factor where no order is known.
 const UNKNOWN_ORDER: f64 = 3.0;
@@ -31,7 +33,8 @@ pub struct Station {
 pub struct Convergence {
     /// Mean per spacing.
     pub means: Vec<f64>,
-    /// Standard deviation over the starts, per spacing (that of the next coarser where there is one start only).
+    /// Standard deviation over the starts, per spacing (that of the next coarser where there is one start
+    /// only).
     pub scatter: Vec<f64>,
     /// Band per spacing, over the finest mean (-).
     pub bands: Vec<f64>,
@@ -107,7 +110,8 @@ mod tests {
         values.iter().enumerate().map(|(k, &v)| Station { spacing: spacing(k), values: vec![v] }).collect()
     }
 
-    /// 500 + h with h = 40, 20, 10, 5: the value without spacing is found, and every band holds its true error.
+    /// 500 + h with h = 40, 20, 10, 5: the value without spacing is found, and every band holds its true
+    /// error.
     #[test]
     fn first_order_is_seen_and_extrapolated() {
         let result = judge(&stations(&[540.0, 520.0, 510.0, 505.0]));
@@ -119,7 +123,8 @@ mod tests {
         }
     }
 
-    /// What was seen of this cut before: 522, 508, 487. Growing differences give no order, and three times the last one.
+    /// What was seen of this cut before: 522, 508, 487. Growing differences give no order, and three times
+    /// the last one.
     #[test]
     fn growing_differences_are_not_extrapolated() {
         let result = judge(&stations(&[530.0, 522.0, 508.0, 487.0]));

@@ -1,10 +1,11 @@
 //! What the work–precision study runs.
 //!
-//! No full factorial (shape × transfer × contact × spacing × Courant × precision × speed would be 3,000 cuts) but lines
-//! around the default method: each changes one thing and is followed over the spacings 40, 20 and 10 µm. The finest, 5 µm,
-//! costs as much as all others together: only lines that could lie on the front there have it. Two lines are judged for convergence, each against its own finest run: the default one, adiabatic, and
-//! the same cut with conduction, whose layer at the rake face has a thickness of its own. They are run from several starts,
-//! shifted by parts of a cell, which gives the scatter.
+//! No full factorial (shape × transfer × contact × spacing × Courant × precision × speed would be 3,000 cuts)
+//! but lines around the default method: each changes one thing and is followed over the spacings 40, 20 and
+//! 10 µm. The finest, 5 µm, costs as much as all others together: only lines that could lie on the front
+//! there have it. Two lines are judged for convergence, each against its own finest run: the default one,
+//! adiabatic, and the same cut with conduction, whose layer at the rake face has a thickness of its own. They
+//! are run from several starts, shifted by parts of a cell, which gives the scatter.
 
 use super::queue::Task;
 use super::run::{Problem, Settings, set};
@@ -21,8 +22,8 @@ pub struct Method {
     pub spacings: Vec<f64>,
     /// Which of the two panels shows it: schemes, or levers of speed.
     pub is_lever: bool,
-    /// The effect of heat whose convergence it shows: such a line is run from several starts, and its errors are against its
-    /// own finest run. Errors of the others are against that of the first line.
+    /// The effect of heat whose convergence it shows: such a line is run from several starts, and its errors
+    /// are against its own finest run. Errors of the others are against that of the first line.
     pub heat: Option<&'static str>,
 }
 
@@ -61,7 +62,8 @@ impl Design {
         }
     }
 
-    /// The same lines on a block of a third of the length, with spacings that take seconds; its figures mean nothing.
+    /// The same lines on a block of a third of the length, with spacings that take seconds; its figures mean
+    /// nothing.
     pub fn quick() -> Design {
         let common = [5e-5, 4e-5];
         let all = [5e-5, 4e-5, 2.5e-5];
@@ -202,7 +204,8 @@ fn methods(common: &[f64], all: &[f64]) -> Vec<Method> {
 mod tests {
     use super::*;
 
-    /// A preset and the same values set one by one are one run, which is made once; other values are another run.
+    /// A preset and the same values set one by one are one run, which is made once; other values are another
+    /// run.
     #[test]
     fn a_preset_is_the_run_of_its_values() {
         let design = Design::full();

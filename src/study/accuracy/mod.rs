@@ -1,8 +1,8 @@
 //! What accuracy costs: the work–precision study, the convergence of the cut, and the price list.
 //!
-//! `cargo xtask accuracy` runs the design of `design`; runs go side by side (`queue`), each is a line of a table that outlives
-//! a kill (`store`), and `report` makes tables, plots and `price_list.csv` from it. `validation` compares with measured
-//! cuts: `cargo xtask validate`.
+//! `cargo xtask accuracy` runs the design of `design`; runs go side by side (`queue`), each is a line of a
+//! table that outlives a kill (`store`), and `report` makes tables, plots and `price_list.csv` from it.
+//! `validation` compares with measured cuts: `cargo xtask validate`.
 
 pub mod convergence;
 pub mod design;
@@ -33,8 +33,8 @@ pub struct Options {
 
 /// Runs the study into a folder, or what is left of it.
 ///
-/// Writes `runs.csv` while it runs, then `accuracy.md`, `pareto_cut.png`, `pareto_exact.png`, `convergence.png` and, from the
-/// full design, `price_list.csv` for `resources`.
+/// Writes `runs.csv` while it runs, then `accuracy.md`, `pareto_cut.png`, `pareto_exact.png`,
+/// `convergence.png` and, from the full design, `price_list.csv` for `resources`.
 ///
 /// # Errors
 /// `Error::File` when something cannot be written.

@@ -75,7 +75,8 @@ impl<'a> Report<'a> {
         self.ending(problem).and_then(Ending::measured)
     }
 
-    /// Spacings of a line with the runs of all starts that went to their end; `None` where a spacing has none.
+    /// Spacings of a line with the runs of all starts that went to their end; `None` where a spacing has
+    /// none.
     fn stations(&self, method: &Method) -> Option<Vec<(f64, Vec<Measured>)>> {
         let mut stations = Vec::new();
         for (k, &spacing) in method.spacings.iter().enumerate() {
@@ -94,7 +95,8 @@ impl<'a> Report<'a> {
         (stations.len() >= 2).then_some(stations)
     }
 
-    /// Values that errors of a method refer to: the finest of its own line where that is judged, of the default line otherwise.
+    /// Values that errors of a method refer to: the finest of its own line where that is judged, of the
+    /// default line otherwise.
     fn reference(&self, method: &Method) -> Option<[f64; 5]> {
         let heat = method.heat.or(self.design.methods.first()?.heat)?;
         self.judged.iter().find(|line| line.heat == heat).map(Judged::finest)
@@ -246,7 +248,8 @@ impl<'a> Report<'a> {
         Some(prices)
     }
 
-    /// What a speed level changes at most at the spacings where it ran beside the default line, over `reference` (-).
+    /// What a speed level changes at most at the spacings where it ran beside the default line, over
+    /// `reference` (-).
     fn level_bands(&self, level: &str, reference: &[f64; 5]) -> Option<[f64; 5]> {
         let method = self.design.methods.iter().find(|m| m.name == format!("speed {level}"))?;
         let mut bands = [0.0_f64; 5];

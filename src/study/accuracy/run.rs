@@ -15,8 +15,8 @@ pub type Settings = Vec<(String, String)>;
 
 /// Communication steps within the span over which outputs are averaged.
 const LOOKS: usize = 12;
-/// A run is stopped when the clock has gone this many times its estimated CPU time, and at least `LEAST_LIMIT` (s): on a
-/// machine with much other work a sound run has needed eight times as long.
+/// A run is stopped when the clock has gone this many times its estimated CPU time, and at least
+/// `LEAST_LIMIT` (s): on a machine with much other work a sound run has needed eight times as long.
 const LIMIT: f64 = 40.0;
 /// See `LIMIT`.
 const LEAST_LIMIT: f64 = 60.0;
@@ -31,7 +31,8 @@ pub enum Problem {
         /// Travel at which averaging begins and the run ends (m).
         span: [f64; 2],
     },
-    /// The axis-aligned manufactured solution at amplitude 0.001; its error is that of the displacement over the amplitude.
+    /// The axis-aligned manufactured solution at amplitude 0.001; its error is that of the displacement over
+    /// the amplitude.
     AxisAligned {
         /// Linear shape functions in the place of GIMP.
         linear: bool,
@@ -60,8 +61,8 @@ pub struct Measured {
     pub substeps: [f64; 2],
     /// Material points at the start.
     pub points: f64,
-    /// Cutting force and thrust (N), chip thickness (m), chip temperature above the start (K), 99.9th percentile of the
-    /// plastic strain (-): means over the span.
+    /// Cutting force and thrust (N), chip thickness (m), chip temperature above the start (K), 99.9th
+    /// percentile of the plastic strain (-): means over the span.
     pub outputs: [f64; 5],
     /// Largest ledger error over the run (-).
     pub balance_error: f64,
@@ -109,8 +110,8 @@ pub fn scene_of(settings: &[(String, String)]) -> Result<Scene, crate::Error> {
 }
 
 impl Problem {
-    /// A text that is equal for equal runs: a cut's is made of all values in use, so that a preset and the same values set
-    /// one by one are one run.
+    /// A text that is equal for equal runs: a cut's is made of all values in use, so that a preset and the
+    /// same values set one by one are one run.
     pub fn identity(&self) -> String {
         match self {
             Problem::Cut { settings, span } => {

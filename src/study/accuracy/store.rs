@@ -1,7 +1,7 @@
 //! The table of finished runs: a line each, appended as it ends, so that a killed study goes on where it was.
 //!
-//! A line counts when it is whole (all fields and a line end). The head names the program by a checksum of its file: runs of
-//! another build are not mixed in but set aside under another name.
+//! A line counts when it is whole (all fields and a line end). The head names the program by a checksum of
+//! its file: runs of another build are not mixed in but set aside under another name.
 
 use super::run::{Ending, Measured};
 use crate::Error;
@@ -118,7 +118,8 @@ fn read(line: &str) -> Option<(String, Ending)> {
 mod tests {
     use super::*;
 
-    /// A study that is killed while it writes loses that line and no other, and one of another build starts anew.
+    /// A study that is killed while it writes loses that line and no other, and one of another build starts
+    /// anew.
     #[test]
     fn a_killed_study_loses_at_most_the_line_it_was_writing() {
         let folder = std::env::temp_dir().join(format!("swarf-store-{}", std::process::id()));

@@ -1,13 +1,14 @@
 //! Validation: four measured cuts of AISI 1045, and the single shear plane of least work.
 //!
-//! The measurements give neither friction nor edge radius. One friction coefficient and one radius for all cuts are fitted to
-//! three of them and predict the fourth, in turn. Each cut is run over a grid of frictions and radii; between them forces are
-//! interpolated (bilinear), and the fit is the pair with the smallest
+//! The measurements give neither friction nor edge radius. One friction coefficient and one radius for all
+//! cuts are fitted to three of them and predict the fourth, in turn. Each cut is run over a grid of frictions
+//! and radii; between them forces are interpolated (bilinear), and the fit is the pair with the smallest
 //!
 //! Σ ((F − F_m) / 0.1 F_m)² + ((T − T_m) / 0.25 T_m)²
 //!
-//! over the cuts fitted to, F and T cutting force and thrust, the weights those of the criterion: 10 % and 25 %. Cuts run with
-//! conduction where this version has it, at speed level `balanced` with a window of 6 feeds and automatic mass scaling.
+//! over the cuts fitted to, F and T cutting force and thrust, the weights those of the criterion: 10 % and 25
+//! %. Cuts run with conduction where this version has it, at speed level `balanced` with a window of 6 feeds
+//! and automatic mass scaling.
 
 use super::queue::{Task, run_all};
 use super::run::{Ending, Problem, Settings, set};
@@ -61,8 +62,8 @@ pub fn cuts() -> Vec<Cut> {
         .collect()
 }
 
-/// Cutting force and thrust (N/mm) by the cut's name and the places of friction and radius in the grid. Made once: telling a run's
-/// identity takes milliseconds, and fits ask ten thousands of times.
+/// Cutting force and thrust (N/mm) by the cut's name and the places of friction and radius in the grid. Made
+/// once: telling a run's identity takes milliseconds, and fits ask ten thousands of times.
 type Table = BTreeMap<(String, usize, usize), [f64; 2]>;
 
 /// Frictions, edge radii (m) and points per feed of the study.
@@ -101,7 +102,8 @@ impl Grid {
             set("workpiece.height", 3.0 * feed),
             set("numerics.point_spacing", format!("{:.6e}", feed / per_feed)),
             set("numerics.speed", "balanced"),
-            // The level's 3 feeds take 2 % of the force off the thrust at a friction of 0.6 (book/src/evidence/performance.md).
+            // The level's 3 feeds take 2 % of the force off the thrust at a friction of 0.6
+            // (book/src/evidence/performance.md).
             set("numerics.active_window", 6),
             // The whole chip: of the level's 3 feeds nothing is known at these materials and speeds.
             set("numerics.active_chip", 1000),
@@ -288,7 +290,8 @@ fn leave_one_out(grid: &Grid, table: &Table, cuts: &[Cut]) -> String {
         ("speed from 3.3 to 6.7 m/s", |cut| cut.speed > 5.0),
     ];
     for (name, is_high) in trends {
-        // Two of four cuts are high in each: the mean difference is the main effect of half a factorial design.
+        // Two of four cuts are high in each: the mean difference is the main effect of half a factorial
+        // design.
         let effect = |of: Force<'_>| {
             predicted.iter().map(|entry| if is_high(entry.0) { 0.5 } else { -0.5 } * of(entry)).sum::<f64>()
         };

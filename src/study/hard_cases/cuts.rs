@@ -1,4 +1,5 @@
-//! Cuts: the paper's own, from walking pace to 500 m/s, from no friction to sticking, from half a cell to the whole block.
+//! Cuts: the paper's own, from walking pace to 500 m/s, from no friction to sticking, from half a cell to the
+//! whole block.
 
 use super::monitor::{Watched, cell, cut, cut_all, soundness};
 use super::{Figure, Setting, Sheet};
@@ -37,8 +38,8 @@ fn few_points<'a>(sheet: &'a mut Sheet, name: &str, run: &Watched, found: usize)
 
 /// Tool speeds from 1 to 500 m/s, each at two spacings.
 ///
-/// At 1 and 5 m/s mass is scaled automatically (`numerics.mass_scaling` = 0): a share of 0.5 % of the force, and
-/// the run takes a hundredth of the substeps.
+/// At 1 and 5 m/s mass is scaled automatically (`numerics.mass_scaling` = 0): a share of 0.5 % of the force,
+/// and the run takes a hundredth of the substeps.
 pub fn speeds(setting: &Setting, sheet: &mut Sheet) {
     let spacings: [f64; 2] = setting.pick([4e-5, 2e-5], [2e-5, 1e-5]);
     let travel = setting.pick(0.5e-3, 1e-3);
@@ -71,7 +72,8 @@ pub fn speeds(setting: &Setting, sheet: &mut Sheet) {
     }
 }
 
-/// Friction from 0 to what sticks, and feeds from half a cell to the height of the block less the two cells that must stay.
+/// Friction from 0 to what sticks, and feeds from half a cell to the height of the block less the two cells
+/// that must stay.
 pub fn friction_and_feed(setting: &Setting, sheet: &mut Sheet) {
     let spacing = setting.pick(4e-5, 1e-5);
     let travel = setting.pick(0.6e-3, 1e-3);

@@ -1,4 +1,5 @@
-//! Ten thousand communication steps with random inputs, replayed from saved states; and many instances side by side.
+//! Ten thousand communication steps with random inputs, replayed from saved states; and many instances side
+//! by side.
 //!
 //! Inputs are a function of the step's number alone, so another process can go on from any of them.
 
@@ -144,7 +145,8 @@ pub fn replay(state: &str, from: u64, to: u64, out: &str) -> Result<(), String> 
 /// Instances that step in turn.
 const INSTANCES: usize = 32;
 
-/// Fills the sheet of many instances: a process of its own has them, lets them go, and has them again, three times.
+/// Fills the sheet of many instances: a process of its own has them, lets them go, and has them again, three
+/// times.
 pub fn many_instances(setting: &Setting, sheet: &mut Sheet) {
     let rounds = setting.pick(5_u32, 50);
     let words = ["instances".into(), rounds.to_string().into()];
@@ -178,8 +180,8 @@ pub fn many_instances(setting: &Setting, sheet: &mut Sheet) {
     sheet.at_most(format!("{name}: memory that stays when all are gone"), kept, "%", 10.0);
 }
 
-/// The child's part of many instances: prints instances that differ, points, and resident memory (kB) before, then
-/// three times with all instances and without them.
+/// The child's part of many instances: prints instances that differ, points, and resident memory (kB) before,
+/// then three times with all instances and without them.
 ///
 /// # Errors
 /// What went wrong, as text.

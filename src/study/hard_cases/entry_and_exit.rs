@@ -1,7 +1,9 @@
-//! The tool where a cut begins and ends: to the held end, out at a free one, inside material at the start, never touching it.
+//! The tool where a cut begins and ends: to the held end, out at a free one, inside material at the start,
+//! never touching it.
 //!
-//! Where the workpiece's left side is held, a tool that went on would press what is left against that wall, and no run of
-//! a chip between two rigid walls can end well: it stops one feed before (`setup::process`), with a closed ledger.
+//! Where the workpiece's left side is held, a tool that went on would press what is left against that wall,
+//! and no run of a chip between two rigid walls can end well: it stops one feed before (`setup::process`),
+//! with a closed ledger.
 
 use super::Setting;
 use super::monitor::{NO_SLOPE, Watched, cut, soundness};
@@ -67,7 +69,8 @@ fn out_over_the_end(setting: &Setting, sheet: &mut Sheet) {
     soundness(sheet, "lifted out before the held end", &run);
 }
 
-/// A block that the tool overlaps by `depth` (cells) when the run begins: contact lets it out, whatever the depth.
+/// A block that the tool overlaps by `depth` (cells) when the run begins: contact lets it out, whatever the
+/// depth.
 fn inside_at_the_start(sheet: &mut Sheet, depth: f64) {
     const CELL: f64 = 2e-5;
     let size = [16.0 * CELL, 12.0 * CELL];

@@ -1,7 +1,8 @@
 //! Processes that are killed while they write results: what lies in the folder then must be whole.
 //!
-//! Files are written beside their place and renamed (`vtk::replace`), so a reader meets the old or the new one. The
-//! process that is killed is `swarf hard-cases --child cut`, which writes a frame every few substeps.
+//! Files are written beside their place and renamed (`vtk::replace`), so a reader meets the old or the new
+//! one. The process that is killed is `swarf hard-cases --child cut`, which writes a frame every few
+//! substeps.
 
 use super::child;
 use super::monitor::cut;

@@ -1,8 +1,10 @@
-//! Points with few neighbours: alone, one per cell, exactly on cell faces, reaching into cells that are all but empty.
+//! Points with few neighbours: alone, one per cell, exactly on cell faces, reaching into cells that are all
+//! but empty.
 //!
-//! A node that a point hardly reaches has next to no mass, and force falls more slowly than mass: where that is not
-//! looked after, such nodes throw points away. The bound is physical: a point alone keeps its velocity, and in a bar that
-//! vibrates freely in its first mode, u = cos(π x/L) at ν = 0, no point is faster than the fastest at the start.
+//! A node that a point hardly reaches has next to no mass, and force falls more slowly than mass: where that
+//! is not looked after, such nodes throw points away. The bound is physical: a point alone keeps its
+//! velocity, and in a bar that vibrates freely in its first mode, u = cos(π x/L) at ν = 0, no point is faster
+//! than the fastest at the start.
 
 use super::{Form, Setting, Sheet};
 use crate::dimension::PlaneStrain;
@@ -53,7 +55,8 @@ pub fn fill(setting: &Setting, sheet: &mut Sheet) {
 const THIN: &str = "the limit is that of straight rows; points that have moved unevenly have others, a little lower at the least \
      (src/stability.rs). A scene has at least four cells";
 
-/// A block at ν = 0.3 whose sides lie on lines of nodes, as a workpiece's do, in small vibration: its energy may not grow.
+/// A block at ν = 0.3 whose sides lie on lines of nodes, as a workpiece's do, in small vibration: its energy
+/// may not grow.
 ///
 /// * `courant`: at the limit of stability where none is given
 fn aligned(sheet: &mut Sheet, name: &str, size: [usize; 2], courant: Option<f64>, remark: &str) {
@@ -149,7 +152,8 @@ fn bar(sheet: &mut Sheet, name: &str, steps: u32, per_edge: i32, shift: f64, fli
     measure(sheet, name, &arena, &seeds, per_edge, (steps, flight, SPEED));
 }
 
-/// Runs `steps` substeps and sets the fastest point, in a frame that moves at `flight`, against the bound (m/s).
+/// Runs `steps` substeps and sets the fastest point, in a frame that moves at `flight`, against the bound
+/// (m/s).
 fn measure(
     sheet: &mut Sheet,
     name: &str,

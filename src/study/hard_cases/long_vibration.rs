@@ -1,8 +1,9 @@
 //! An elastic bar that vibrates for a million substeps.
 //!
-//! The bar of `verification::bar`, held at one end, in its first mode. Its energy must stay, and the velocities must stay
-//! smooth: what alternates from point to point (the chessboard mode) is invisible to the grid, so nothing would ever
-//! take it away. Its share is the rms of (-v₋ + 2 v - v₊)/4 over that of v, along the bar and likewise across it.
+//! The bar of `verification::bar`, held at one end, in its first mode. Its energy must stay, and the
+//! velocities must stay smooth: what alternates from point to point (the chessboard mode) is invisible to the
+//! grid, so nothing would ever take it away. Its share is the rms of (-v₋ + 2 v - v₊)/4 over that of v, along
+//! the bar and likewise across it.
 
 use super::{Setting, Sheet};
 use crate::dimension::PlaneStrain;

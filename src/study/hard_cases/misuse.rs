@@ -1,7 +1,9 @@
-//! Scenes that make no sense: refused by name, ended by a guard, or computed with a closed ledger, but never passed over.
+//! Scenes that make no sense: refused by name, ended by a guard, or computed with a closed ledger, but never
+//! passed over.
 //!
-//! Each is asked for twice: as an importer would, with the ranges of the variable table in front (`variables`), and past
-//! them, where only the solver's own guards stand. Of those the ledger's bound is what the watch stops a run at (`energy::watch`).
+//! Each is asked for twice: as an importer would, with the ranges of the variable table in front
+//! (`variables`), and past them, where only the solver's own guards stand. Of those the ledger's bound is
+//! what the watch stops a run at (`energy::watch`).
 
 use super::monitor::{Watched, cut};
 use super::{Setting, Sheet};
@@ -11,7 +13,8 @@ use crate::scene::{Heat, Scene};
 use crate::variables;
 use rayon::prelude::*;
 
-/// A scene with its name, and a word that a refusal by the interface must contain; none where the interface lets it pass.
+/// A scene with its name, and a word that a refusal by the interface must contain; none where the interface
+/// lets it pass.
 struct Misuse {
     name: &'static str,
     refused_for: Option<&'static str>,

@@ -1,7 +1,8 @@
 //! The hard cases: what breaks codes of this kind, each with the figure that says whether it broke this one.
 //!
 //! Each case is a function that fills a sheet, in a short form for the tests and a full form for `cargo xtask
-//! hard-cases`. A case that cannot be computed must end in an error that names its cause; that stands in the sheet as well.
+//! hard-cases`. A case that cannot be computed must end in an error that names its cause; that stands in the
+//! sheet as well.
 
 pub mod child;
 pub mod cuts;

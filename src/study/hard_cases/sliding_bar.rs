@@ -1,9 +1,10 @@
 //! A stressed elastic bar that slides through a thousand cells.
 //!
-//! A body force that travels with the bar, b = -σ₀ π/(ρ L) cos(π X/L), holds it at the stress σ_xx = σ₀ sin(π X/L), which is
-//! 0 at its free ends (ν = 0, σ₀ = -1e-5 E; the terms left out are of the order of the strain). In the bar's frame nothing
-//! happens; what the points see of the grid that passes under them is noise. (Such a force holds a bar in no stable
-//! place: under pressure it turns, under tension it runs away, slowly at so little stress.)
+//! A body force that travels with the bar, b = -σ₀ π/(ρ L) cos(π X/L), holds it at the stress σ_xx = σ₀ sin(π
+//! X/L), which is 0 at its free ends (ν = 0, σ₀ = -1e-5 E; the terms left out are of the order of the
+//! strain). In the bar's frame nothing happens; what the points see of the grid that passes under them is
+//! noise. (Such a force holds a bar in no stable place: under pressure it turns, under tension it runs away,
+//! slowly at so little stress.)
 
 use super::{Form, Setting, Sheet};
 use crate::dimension::PlaneStrain;

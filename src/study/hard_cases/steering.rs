@@ -1,7 +1,7 @@
 //! Inputs that jump, and communication steps of every length.
 //!
-//! A tool at rest does no work; one that has left feels nothing; how the time is cut into communication steps changes no
-//! bit of the state. On every way the ledger stays closed.
+//! A tool at rest does no work; one that has left feels nothing; how the time is cut into communication steps
+//! changes no bit of the state. On every way the ledger stays closed.
 
 use super::monitor::{NO_SLOPE, Watched, cut, soundness};
 use super::{Setting, Sheet};

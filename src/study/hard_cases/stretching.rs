@@ -1,12 +1,14 @@
 //! Uniform stretching until points part.
 //!
-//! A bar whose points fly apart, v = ε̇ (X - L/2), held against motion across: uniaxial strain at the stretch λ = 1 + ε̇ t. While its
-//! ends have not been heard of, no force acts in its middle, where the stress is that of the law at J = λ,
+//! A bar whose points fly apart, v = ε̇ (X - L/2), held against motion across: uniaxial strain at the stretch
+//! λ = 1 + ε̇ t. While its ends have not been heard of, no force acts in its middle, where the stress is that
+//! of the law at J = λ,
 //!
 //! σ = (4/3 μ ln λ + κ/2 (λ² - 1))/λ, or with 2/3 Y in the place of the first term once that is reached.
 //!
-//! Points keep their square (`grid::shape_function`), so from some stretch on the grid does not see a closed body any more. Up to `KNOWN`
-//! no gap opens, a gap being a distance of neighbours of more than 1.02 of what the stretch makes it.
+//! Points keep their square (`grid::shape_function`), so from some stretch on the grid does not see a closed
+//! body any more. Up to `KNOWN` no gap opens, a gap being a distance of neighbours of more than 1.02 of what
+//! the stretch makes it.
 
 use super::{Setting, Sheet};
 use crate::dimension::PlaneStrain;
@@ -43,7 +45,8 @@ fn stretch(sheet: &mut Sheet, name: &str, c: &Constants, cells: usize) {
     let length = cells as f64 * CELL;
     let model = steel(c);
     let sound = crate::material::ConstitutiveModel::<f64, PlaneStrain>::sound_speed(&model, 1.0);
-    // Waves from the ends reach the middle quarter at a stretch of 1 + 0.75 v/c; they run faster in stretched elastic material.
+    // Waves from the ends reach the middle quarter at a stretch of 1 + 0.75 v/c; they run faster in stretched
+    // elastic material.
     let end_speed = 2.5 * sound;
     let rate = 2.0 * end_speed / length;
     let half = 0.5 * length * (END - 1.0);

@@ -1,5 +1,5 @@
-//! The table of the hard cases. Each case writes its lines into a file of its own as it ends, so that a run of some of
-//! them takes the place of their lines alone.
+//! The table of the hard cases. Each case writes its lines into a file of its own as it ends, so that a run
+//! of some of them takes the place of their lines alone.
 
 use super::sheet::HEAD;
 use super::{CASES, Case, Setting, Sheet, case, endurance, interrupted};
@@ -8,10 +8,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Runs the cases of these numbers or names, or all, and gives the table of all that have been run into the folder.
+/// Runs the cases of these numbers or names, or all, and gives the table of all that have been run into the
+/// folder.
 ///
 /// # Errors
-/// A case that there is not, or files that cannot be written. A case that fails is no error: it stands in the table.
+/// A case that there is not, or files that cannot be written. A case that fails is no error: it stands in the
+/// table.
 pub fn run(
     setting: &Setting,
     keys: &[&str],

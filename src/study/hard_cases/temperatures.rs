@@ -1,6 +1,7 @@
 //! Temperatures near, at and above melting and below the reference, and the rate 0.
 //!
-//! Molten material has no strength: only pressure. The flow stress is never negative, whatever temperature and rate.
+//! Molten material has no strength: only pressure. The flow stress is never negative, whatever temperature
+//! and rate.
 
 use super::monitor::{Watched, cut, soundness};
 use super::{Setting, Sheet};
@@ -78,7 +79,8 @@ fn points(sheet: &mut Sheet) {
             }
             let mut strain = 0.0;
             for _ in 0..200 {
-                // Of the strain, 1e-3 a step; what rate it is at is the substep's length. At rate 0 nothing moves.
+                // Of the strain, 1e-3 a step; what rate it is at is the substep's length. At rate 0 nothing
+                // moves.
                 let (h, dt) = if rate == 0.0 { (0.0, 1e-9) } else { (1e-3, 1e-3 / rate) };
                 let work =
                     dispatch(InstructionSet::detect(), OnePoint { model: &model, state: &mut state, h, dt });

@@ -1,13 +1,13 @@
 //! WindowBounds from sharp to 50 µm, rake angles from -30 to 30 degrees, no clearance.
 //!
-//! No point may come further into the tool than a tenth of a cell, and none may fly off faster than 2 V + 2 σ_y/(ρ c): twice
-//! the tool's speed is what an elastic body leaves a wall with, and σ_y/(ρ c), on each side of a free surface, what
-//! stress at yield lets go. σ_y is A, the yield stress before hardening. A point moves with the grid's velocity at its
-//! place; the velocity that it keeps (FLIP) has a part besides that the grid does not see, which `stabilization::null_space_filter` limits. Both are
-//! held against the bound.
+//! No point may come further into the tool than a tenth of a cell, and none may fly off faster than 2 V + 2
+//! σ_y/(ρ c): twice the tool's speed is what an elastic body leaves a wall with, and σ_y/(ρ c), on each side
+//! of a free surface, what stress at yield lets go. σ_y is A, the yield stress before hardening. A point
+//! moves with the grid's velocity at its place; the velocity that it keeps (FLIP) has a part besides that the
+//! grid does not see, which `stabilization::null_space_filter` limits. Both are held against the bound.
 //!
-//! The force follows the radius without a jump: an edge of a hundredth of a cell is a sharp one to the grid, and between
-//! neighbouring radii, 10 µm apart, the force changes by a small part of itself.
+//! The force follows the radius without a jump: an edge of a hundredth of a cell is a sharp one to the grid,
+//! and between neighbouring radii, 10 µm apart, the force changes by a small part of itself.
 
 use super::monitor::{Watched, cut, cut_all, wave_speed};
 use super::{Setting, Sheet};

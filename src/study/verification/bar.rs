@@ -1,7 +1,8 @@
 //! An elastic bar in its first longitudinal mode: held at one end, or flying across the grid.
 //!
-//! Strains stay below 2e-5 and ν = 0, so the plane problem is the linear one-dimensional one, and the period is 4 L √(ρ/E).
-//! Fixed nodes cannot fly: the flying bar is two bars of length L joined at their held ends, where neither moves.
+//! Strains stay below 2e-5 and ν = 0, so the plane problem is the linear one-dimensional one, and the period
+//! is 4 L √(ρ/E). Fixed nodes cannot fly: the flying bar is two bars of length L joined at their held ends,
+//! where neither moves.
 
 use super::Report;
 use super::report::{line, panel};

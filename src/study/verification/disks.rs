@@ -1,9 +1,9 @@
 //! Two elastic disks that fly into each other and part again.
 //!
-//! Disks of 0.2 m radius, E 1000 Pa, ν 0.3, ρ 1000 kg/m3, 0.1 m/s along each axis towards each other (Sulsky, Chen and
-//! Schreyer 1994, doi:10.1016/0045-7825(94)90112-0). They touch through the grid, which cannot tell one from the other:
-//! no contact law takes part, all forces are internal, and momentum stays zero. The material (`neo_hookean`) stores energy
-//! and dissipates none, so what is lost is the scheme's.
+//! Disks of 0.2 m radius, E 1000 Pa, ν 0.3, ρ 1000 kg/m3, 0.1 m/s along each axis towards each other (Sulsky,
+//! Chen and Schreyer 1994, doi:10.1016/0045-7825(94)90112-0). They touch through the grid, which cannot tell
+//! one from the other: no contact law takes part, all forces are internal, and momentum stays zero. The
+//! material (`neo_hookean`) stores energy and dissipates none, so what is lost is the scheme's.
 
 use super::Report;
 use super::neo_hookean::NeoHookean;
@@ -57,7 +57,8 @@ pub fn run(settings: Settings) -> Outcome {
     collide(settings, material())
 }
 
-/// The same with the affine transfer, whose points keep part of their kinetic energy as an affine field: energies are without it.
+/// The same with the affine transfer, whose points keep part of their kinetic energy as an affine field:
+/// energies are without it.
 ///
 /// # Panics
 /// When the run becomes unstable.

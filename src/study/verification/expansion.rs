@@ -1,4 +1,5 @@
-//! Thermal expansion: a block heated slowly without walls, in space and in plane strain, and one that walls confine.
+//! Thermal expansion: a block heated slowly without walls, in space and in plane strain, and one that walls
+//! confine.
 //!
 //! Exact for the constitutive law, with λ the stretch, μ and κ the moduli and g = 1 + α ΔT the free stretch:
 //!
@@ -104,7 +105,8 @@ pub fn run<D: Dimension>(is_confined: bool, rise: f64) -> Outcome {
     let count = [points, points, if D::AXES == 3 { points } else { 1 }];
     let seeds = lattice([0.0; 3], count, cell / 2.0, D::AXES);
     let mut solver = arena.simulation::<D, _, _>((Gimp::new(2), model), distant_tool(), &seeds, |_, _, _| {});
-    // The heat given here is in no ledger: the watch on the energy leaves bodies with a body force, if only of zero, alone.
+    // The heat given here is in no ledger: the watch on the energy leaves bodies with a body force, if only
+    // of zero, alone.
     solver.body_force = Some(std::sync::Arc::new(|_: [f64; 3], _: f64| [0.0; 3]));
     let mut sum = Outcome { volume_ratio: 0.0, stress: [0.0; 2] };
     for step in 1..=HEATING + WATCHING {

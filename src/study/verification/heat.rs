@@ -1,8 +1,10 @@
-//! Heat conduction against exact solutions: a cosine mode, a jump of the surface temperature, a constant flux, a slab.
+//! Heat conduction against exact solutions: a cosine mode, a jump of the surface temperature, a constant
+//! flux, a slab.
 //!
-//! Strips of cells along x, at rest, on which only the conduction pass runs, as long a pass as in a scene. The half-spaces
-//! end at six diffusion lengths √(κt), where their exact temperature is below 3e-5 of the surface's; the slab, which is
-//! symmetric, at its middle or where the heat of its face has reached, so that as many cells cover what changes.
+//! Strips of cells along x, at rest, on which only the conduction pass runs, as long a pass as in a scene.
+//! The half-spaces end at six diffusion lengths √(κt), where their exact temperature is below 3e-5 of the
+//! surface's; the slab, which is symmetric, at its middle or where the heat of its face has reached, so that
+//! as many cells cover what changes.
 
 use super::Report;
 use super::report::{line, panel};
@@ -88,7 +90,8 @@ impl Case {
     }
 }
 
-/// Complementary error function (-) for x ≥ 0: its series below 2, beyond it the continued fraction of Laplace.
+/// Complementary error function (-) for x ≥ 0: its series below 2, beyond it the continued fraction of
+/// Laplace.
 pub fn erfc(x: f64) -> f64 {
     if x < 2.0 {
         let (mut term, mut sum) = (x, x);
@@ -121,7 +124,8 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Rise of temperature at `x` (m): the parabola through the three nearest columns; that of the last beyond them.
+    /// Rise of temperature at `x` (m): the parabola through the three nearest columns; that of the last
+    /// beyond them.
     pub fn at(&self, x: f64) -> f64 {
         let x = x.min(self.profile[self.profile.len() - 1].0);
         let nearest = self.profile.partition_point(|point| point.0 < x);

@@ -1,12 +1,13 @@
 //! A block and a disk on an inclined plane with Coulomb friction.
 //!
-//! The plane is the rake face of a rigid tool, turned against the grid by any angle, and gravity g is turned with it: the
-//! same problem for every grid angle. On a slope θ with friction μ,
+//! The plane is the rake face of a rigid tool, turned against the grid by any angle, and gravity g is turned
+//! with it: the same problem for every grid angle. On a slope θ with friction μ,
 //!
 //! * a block slides with g (sin θ − μ cos θ), or stays where tan θ ≤ μ;
 //! * a disk rolls with 2/3 g sin θ where μ ≥ tan θ/3, and otherwise slides as the block does.
 //!
-//! Gravity grows over `RAMP`: an elastic body that is loaded at once vibrates, and loses its hold whenever it is light.
+//! Gravity grows over `RAMP`: an elastic body that is loaded at once vibrates, and loses its hold whenever it
+//! is light.
 
 use super::Report;
 use super::report::{line, panel};
@@ -173,8 +174,8 @@ impl Incline {
         outcome
     }
 
-    /// Lets the body fly at the plane and gives the gap at first contact, in cells: distance of the nearest point to the
-    /// plane, less half a point's width.
+    /// Lets the body fly at the plane and gives the gap at first contact, in cells: distance of the nearest
+    /// point to the plane, less half a point's width.
     ///
     /// # Panics
     /// When the run becomes unstable or never touches.
@@ -206,8 +207,8 @@ impl Incline {
     }
 }
 
-/// A disk of points in rings, so that its outline is round: a lattice would roll like a polygon. Its lowest point is the
-/// origin's (`radius`, 0).
+/// A disk of points in rings, so that its outline is round: a lattice would roll like a polygon. Its lowest
+/// point is the origin's (`radius`, 0).
 fn rings(radius: f64, spacing: f64) -> Vec<Seed> {
     let mut seeds = Vec::new();
     let count = (radius / spacing).round();

@@ -1,7 +1,7 @@
 //! Manufactured solutions: motions of a neo-Hookean solid that a known body force makes exact.
 //!
-//! Axis-aligned, in the unit square or cube: x_i = X_i + u_i, u_i = A sin(π X_i) sin(π (c t + φ_i)), c = √(E/ρ). With
-//! F_ii = 1 + A π cos(π X_i) sin(π (c t + φ_i)) and K = ln det F,
+//! Axis-aligned, in the unit square or cube: x_i = X_i + u_i, u_i = A sin(π X_i) sin(π (c t + φ_i)), c =
+//! √(E/ρ). With F_ii = 1 + A π cos(π X_i) sin(π (c t + φ_i)) and K = ln det F,
 //!
 //! b_i = π² u_i \[μ/ρ − c² − (λ (K − 1) − μ)/(ρ F_ii²)\].
 //!
@@ -14,8 +14,8 @@
 //!
 //! The ring's rims are at rest and free of traction.
 //!
-//! Source: Kamojjala, Brannon, Sadeghirad and Guilkey (2015), doi:10.1007/s00366-013-0342-x; formulas checked against
-//! 15-digit samples (test `body_forces_match_the_samples`).
+//! Source: Kamojjala, Brannon, Sadeghirad and Guilkey (2015), doi:10.1007/s00366-013-0342-x; formulas checked
+//! against 15-digit samples (test `body_forces_match_the_samples`).
 
 use super::Report;
 use super::neo_hookean::NeoHookean;
@@ -127,8 +127,8 @@ impl Vortex {
         [self.amplitude * sin, self.amplitude * PI * cos, -self.amplitude * PI * PI * sin]
     }
 
-    /// h, h′, h″ (-, 1/m, 1/m2). The polynomial goes on outside the ring, where nodes of its rims lie: their force stands
-    /// for that on the points inside, and cut off there the order would fall to one.
+    /// h, h′, h″ (-, 1/m, 1/m2). The polynomial goes on outside the ring, where nodes of its rims lie: their
+    /// force stands for that on the points inside, and cut off there the order would fall to one.
     fn radial_factor(radius: f64) -> [f64; 3] {
         let d = radius - 1.0;
         let square = d * d;
@@ -149,7 +149,8 @@ impl Vortex {
         (x, [-turning * x[1], turning * x[0], 0.0])
     }
 
-    /// b (m/s2) at the place x (m) where the point is now: circles stay circles, so the place at the start is not needed.
+    /// b (m/s2) at the place x (m) where the point is now: circles stay circles, so the place at the start is
+    /// not needed.
     pub fn body_force(&self, position: [f64; 3], time: f64) -> [f64; 3] {
         let radius = position[0].hypot(position[1]);
         let stiffness = self.model.mu / self.model.density;

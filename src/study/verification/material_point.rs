@@ -1,7 +1,8 @@
 //! One Johnson–Cook point along a straight path of deformation, against the continuous equations.
 //!
-//! Two paths at a constant rate D of the equivalent strain: plane-strain compression, F = diag(e^−√¾Dt, e^√¾Dt, 1), and
-//! simple shear, F = I + √3 D t e_x ⊗ e_y. The continuous equations, for the Kirchhoff deviator s with q = √(3/2 s:s):
+//! Two paths at a constant rate D of the equivalent strain: plane-strain compression, F = diag(e^−√¾Dt,
+//! e^√¾Dt, 1), and simple shear, F = I + √3 D t e_x ⊗ e_y. The continuous equations, for the Kirchhoff
+//! deviator s with q = √(3/2 s:s):
 //!
 //! ds/dt = w s − s w + 2 μ (d − 3/2 ε̄̇ s/q),  dT/dt = β q ε̄̇/(ρ c),
 //!
@@ -12,9 +13,9 @@
 //!   ε̄̇ = 3 μ (s:d)/q / (3 μ + ∂Y/∂ε̄ + ∂Y/∂T β q/(ρ c));
 //! * else that at which q = Y (1 + C ln(ε̄̇/ε̇₀)): ε̄̇ = ε̇₀ exp((q/Y − 1)/C).
 //!
-//! They are solved with Dormand and Prince's embedded method of order 5 (1980, doi:10.1016/0771-050X(80)90013-3) at a
-//! tolerance of 1e-11, with ξ = ε̄ⁿ in the place of ε̄, whose slope is finite at first yield. Nothing is shared with the
-//! solver but the constants.
+//! They are solved with Dormand and Prince's embedded method of order 5 (1980,
+//! doi:10.1016/0771-050X(80)90013-3) at a tolerance of 1e-11, with ξ = ε̄ⁿ in the place of ε̄, whose slope is
+//! finite at first yield. Nothing is shared with the solver but the constants.
 
 use super::Report;
 use super::report::{line, logarithms, panel};
@@ -134,7 +135,8 @@ impl Continuous {
         ]
     }
 
-    /// One step of Dormand and Prince's method: the result and the largest error relative to the unknowns' size.
+    /// One step of Dormand and Prince's method: the result and the largest error relative to the unknowns'
+    /// size.
     fn step(&self, y: &Unknowns, h: f64, is_plastic: bool) -> (Unknowns, f64) {
         const STAGES: [&[f64]; 6] = [
             &[1.0 / 5.0],
@@ -241,8 +243,8 @@ impl Kernel<f64> for Updates<'_> {
     }
 }
 
-/// The solver's material point on a path at `rate` (1/s), in steps of `strain_step` of equivalent strain, looked at after
-/// each of the `counts` of steps.
+/// The solver's material point on a path at `rate` (1/s), in steps of `strain_step` of equivalent strain,
+/// looked at after each of the `counts` of steps.
 fn solver(path: Path, rate: f64, strain_step: f64, counts: &[usize]) -> Vec<Sample> {
     let model = steel(&steel_4340());
     let mut state = <Steel as ConstitutiveModel<f64, PlaneStrain>>::State::zeroed();

@@ -1,8 +1,8 @@
 //! Verification: problems with exact solutions, and how far the solver is from them.
 //!
-//! Each problem is one file with its exact solution, a run, and the findings that `verify` reports for the table and the
-//! plots. The tests of the same names call the same runs with coarser settings. A criterion that is not met stays in the
-//! table with the figure reached and the reason.
+//! Each problem is one file with its exact solution, a run, and the findings that `verify` reports for the
+//! table and the plots. The tests of the same names call the same runs with coarser settings. A criterion
+//! that is not met stays in the table with the figure reached and the reason.
 
 pub mod bar;
 pub mod disks;

@@ -1,8 +1,8 @@
 //! A compressible neo-Hookean solid: the material of the manufactured solutions.
 //!
-//! First Piola–Kirchhoff stress P = λ ln J F⁻ᵀ + μ (F − F⁻ᵀ), hence Kirchhoff stress τ = λ ln J I + μ (F Fᵀ − I), with the
-//! energy W = μ/2 (F : F − 3 − 2 ln J) + λ/2 (ln J)² per volume at the start. Each point keeps F, and
-//! F ← (I + Δt ∇v) F is exact for a motion x ← x + Δt v.
+//! First Piola–Kirchhoff stress P = λ ln J F⁻ᵀ + μ (F − F⁻ᵀ), hence Kirchhoff stress τ = λ ln J I + μ (F Fᵀ −
+//! I), with the energy W = μ/2 (F : F − 3 − 2 ln J) + λ/2 (ln J)² per volume at the start. Each point keeps
+//! F, and F ← (I + Δt ∇v) F is exact for a motion x ← x + Δt v.
 //!
 //! It shares no code with the Johnson–Cook law: that the solver runs it proves the seam `ConstitutiveModel`.
 
@@ -21,8 +21,8 @@ pub struct NeoHookean {
     pub lambda: f64,
     /// Shear modulus μ (Pa).
     pub mu: f64,
-    /// No point is stretched beyond this factor in any direction (-), at least 1: it stiffens the material, and the
-    /// substep must follow.
+    /// No point is stretched beyond this factor in any direction (-), at least 1: it stiffens the material,
+    /// and the substep must follow.
     pub largest_stretch: f64,
 }
 
@@ -129,7 +129,8 @@ impl<R: Real, D: Dimension> ConstitutiveModel<R, D> for NeoHookean {
         self.density = density;
     }
 
-    /// ρ c² = λ (1 − ln J) + μ (1 + s²) along a direction stretched by s; J is close to 1 or above in these problems.
+    /// ρ c² = λ (1 − ln J) + μ (1 + s²) along a direction stretched by s; J is close to 1 or above in these
+    /// problems.
     fn sound_speed(&self, _volume_ratio: f64) -> f64 {
         let stretch = self.largest_stretch;
         ((self.lambda + self.mu * (1.0 + stretch * stretch)) / self.density).sqrt()
@@ -214,7 +215,8 @@ mod tests {
     use crate::dimension::{PlaneStrain, ThreeDimensional};
     use crate::simd::testing::Double as V;
 
-    /// τ : ∇v is the rate of the stored energy: the kernel's stress against central differences of the reported energy.
+    /// τ : ∇v is the rate of the stored energy: the kernel's stress against central differences of the
+    /// reported energy.
     fn check<D: Dimension>() {
         let model = NeoHookean::new(1e4, 0.3, 1.0);
         let start = [[1.2, 0.3, -0.1], [-0.2, 0.9, 0.15], [0.05, -0.1, 1.1]];

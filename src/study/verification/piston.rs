@@ -1,15 +1,18 @@
 //! Piston shock: a rigid piston at the tool's speed drives a steel bar in uniaxial strain.
 //!
-//! An elastic front runs ahead of a plastic one. Both are shocks, as the law below stiffens in compression. Across a front
-//! of material speed U, mass and momentum demand (Lagrangian form, uniaxial stretch J, nominal stress P = τ_xx/J)
+//! An elastic front runs ahead of a plastic one. Both are shocks, as the law below stiffens in compression.
+//! Across a front of material speed U, mass and momentum demand (Lagrangian form, uniaxial stretch J, nominal
+//! stress P = τ_xx/J)
 //!
 //! \[v\] = −U \[J\],  \[P\] = −ρ₀ U \[v\].
 //!
-//! The law implemented (`j2_plasticity`), loaded in uniaxial strain and perfectly plastic: τ_xx = s + κ/2 (J² − 1) with
-//! s = 4/3 μ ln J until −s = 2/3 Y (midpoint increments add up to ln J), and s = −2/3 Y from there on. Unknown is only J
-//! behind the plastic front: the speeds of both fronts follow, and the material's there must be the piston's.
+//! The law implemented (`j2_plasticity`), loaded in uniaxial strain and perfectly plastic: τ_xx = s + κ/2 (J²
+//! − 1) with s = 4/3 μ ln J until −s = 2/3 Y (midpoint increments add up to ln J), and s = −2/3 Y from there
+//! on. Unknown is only J behind the plastic front: the speeds of both fronts follow, and the material's there
+//! must be the piston's.
 //!
-//! Source of the jump conditions: Davison (2008), Fundamentals of Shock Wave Propagation in Solids, chapter 2.
+//! Source of the jump conditions: Davison (2008), Fundamentals of Shock Wave Propagation in Solids, chapter
+//! 2.
 
 use super::Report;
 use super::report::{line, panel};
@@ -104,8 +107,8 @@ pub struct Outcome {
     pub plateau: f64,
     /// Material speeds of the elastic and the plastic front (m/s).
     pub fronts: [f64; 2],
-    /// Force of the piston over that of the exact plateau, means over a fiftieth of the run, over the piston's travel in
-    /// cells.
+    /// Force of the piston over that of the exact plateau, means over a fiftieth of the run, over the
+    /// piston's travel in cells.
     pub force: Vec<(f64, f64)>,
     /// |Σ m v − impulse of the piston| over the impulse.
     pub momentum_error: f64,
@@ -113,8 +116,8 @@ pub struct Outcome {
     pub imbalance: f64,
     /// See `imbalance`.
     pub viscous_work: f64,
-    /// Distance from the bar's left end at the start (m), velocity (m/s) and compressive nominal stress (Pa) over the
-    /// bar's length, layer by layer.
+    /// Distance from the bar's left end at the start (m), velocity (m/s) and compressive nominal stress (Pa)
+    /// over the bar's length, layer by layer.
     pub profile: Vec<[f64; 3]>,
 }
 
@@ -216,8 +219,8 @@ pub fn run_with<M: ConstitutiveModel<f64, PlaneStrain>>(
     }
 }
 
-/// Depth below the piston's face at the start (m), velocity towards the left (m/s) and nominal compressive stress (Pa)
-/// of each layer of points.
+/// Depth below the piston's face at the start (m), velocity towards the left (m/s) and nominal compressive
+/// stress (Pa) of each layer of points.
 fn layers(now: &[PointView], seeds: &[Seed], length: f64, count: [usize; 3]) -> Vec<[f64; 3]> {
     let mut profile: Vec<[f64; 3]> = now
         .chunks_exact(count[1])
@@ -238,7 +241,8 @@ fn layers(now: &[PointView], seeds: &[Seed], length: f64, count: [usize; 3]) -> 
 
 /// Depths (m) of the elastic and the plastic front: where sharp fronts would carry the same momentum.
 ///
-/// A level of velocity would follow the shape of the smeared front instead, which runs behind with the cube root of time.
+/// A level of velocity would follow the shape of the smeared front instead, which runs behind with the cube
+/// root of time.
 fn fronts(profile: &[[f64; 3]], exact: &Exact) -> [f64; 2] {
     let depth =
         |velocity: f64| profile.iter().rfind(|layer| layer[1] > velocity).map_or(0.0, |layer| layer[0]);

@@ -1,10 +1,12 @@
 //! A flat rigid punch on a half space that is nearly rigid and perfectly plastic: Prandtl's limit load.
 //!
-//! In plane strain the mean pressure under a flat punch reaches (2 + π) k, k = Y/√3, whatever its friction (Prandtl 1920;
-//! Hill 1950, The Mathematical Theory of Plasticity, chapter IX). Plastic flow keeps its volume, and a scheme that locks
-//! shows it here: the load rises above the limit and pressures of opposite sign appear on neighbouring points.
+//! In plane strain the mean pressure under a flat punch reaches (2 + π) k, k = Y/√3, whatever its friction
+//! (Prandtl 1920; Hill 1950, The Mathematical Theory of Plasticity, chapter IX). Plastic flow keeps its
+//! volume, and a scheme that locks shows it here: the load rises above the limit and pressures of opposite
+//! sign appear on neighbouring points.
 //!
-//! Half of the problem is computed; nodes on the plane of symmetry slide along it. The punch comes slowly and softly.
+//! Half of the problem is computed; nodes on the plane of symmetry slide along it. The punch comes slowly and
+//! softly.
 
 use super::Report;
 use super::report::{line, panel};
@@ -37,8 +39,8 @@ pub struct Outcome {
     pub column: Vec<(f64, f64)>,
 }
 
-/// Presses to a settlement of `settlement` half widths on a grid of `cells` cells under half the punch, at up to `speed`
-/// (m/s).
+/// Presses to a settlement of `settlement` half widths on a grid of `cells` cells under half the punch, at up
+/// to `speed` (m/s).
 ///
 /// # Panics
 /// When the run becomes unstable.
@@ -109,8 +111,8 @@ fn pressure(point: &PointView) -> f64 {
     -point.report.stress[..3].iter().sum::<f64>() / 3.0
 }
 
-/// Root mean square of p − p̄ (Pa), p̄ the mean of the points within one cell, over the points under the punch that are
-/// further than three cells from its corner, where the exact pressure jumps.
+/// Root mean square of p − p̄ (Pa), p̄ the mean of the points within one cell, over the points under the
+/// punch that are further than three cells from its corner, where the exact pressure jumps.
 fn pressure_noise(now: &[PointView], cell: f64) -> f64 {
     let near = |p: &PointView| p.position[0] < 1.5 * HALF_WIDTH && p.position[1] > -1.5 * HALF_WIDTH;
     let around: Vec<&PointView> = now.iter().filter(|p| near(p)).collect();

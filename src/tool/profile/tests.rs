@@ -91,7 +91,8 @@ fn normal_is_the_gradient_of_the_distance() {
             let left_over = shape.closest(foot).distance;
             assert!(left_over.abs() <= 1e-17, "foot {foot:?} is {left_over} off {shape:?}");
 
-            // Central differences straddle no kink if both ends see the same face, and curvature 1/d is small.
+            // Central differences straddle no kink if both ends see the same face, and curvature 1/d is
+            // small.
             let ends = [[x - step, y], [x + step, y], [x, y - step], [x, y + step]].map(|p| shape.closest(p));
             if here.distance.abs() < 1e-5 || ends.iter().any(|end| end.face != here.face) {
                 continue;
@@ -111,7 +112,8 @@ fn normal_is_the_gradient_of_the_distance() {
     assert!(compared > 10_000, "only {compared} points were compared");
 }
 
-/// The sharp tool is the limit of rounded ones: faces move by at most 2 r and the corner by at most r / sin(β/2).
+/// The sharp tool is the limit of rounded ones: faces move by at most 2 r and the corner by at most r /
+/// sin(β/2).
 #[test]
 fn rounded_edge_tends_to_the_sharp_one() {
     let mut random = Random(4);
@@ -273,8 +275,8 @@ fn impossible_shapes_are_refused() {
     }
 }
 
-/// The closed form against all points of the outline: a sharp and a rounded edge, faces that lean either way, and heights
-/// within the edge, on the face and above the tool.
+/// The closed form against all points of the outline: a sharp and a rounded edge, faces that lean either way,
+/// and heights within the edge, on the face and above the tool.
 #[test]
 fn the_foremost_point_is_that_of_the_outline() {
     for (rake, radius) in [(0.0, 0.0), (0.3, 0.0), (-0.4, 0.0), (0.0, 5e-5), (0.5, 5e-5), (-0.5, 5e-5)] {
