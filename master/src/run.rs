@@ -91,7 +91,13 @@ fn stop_time(options: &Options, fmu: &Fmu) -> Result<f64, String> {
     }
     let number = |name: &str| start_value(options, fmu, name);
     let [length, gap, feed] = [number("workpiece.length")?, number("tool.initial_gap")?, number("feed")?];
-    let travel = usual_travel(length, gap, feed)?;
+    let is_free = start_text(options, fmu, "workpiece.held_side")
+        .is_some_and(|text| ["false", "0"].contains(&text.as_str()));
+    if is_free {
+        // The tool leaves there, and goes on for one feed.
+        return Ok(TRAVEL.min(gap + length + feed) / velocity);
+    }
+    let travel = usual_travel(length, gap, feed.max(0.0))?;
     if travel < TRAVEL {
         eprintln!(
             "swarf-master: to {:.3} mm of travel, {FEEDS_LEFT} feeds before the workpiece's held side \

@@ -211,6 +211,10 @@ impl Instance {
             );
             self.message(Status::Ok, Category::Solver, &text);
         }
+        // The status stays fmi2OK: there are masters that take any other for a failure.
+        for text in session.take_warnings() {
+            self.message(Status::Warning, Category::Warning, &format!("fmi2ExitInitializationMode: {text}"));
+        }
         if let Some(notice) = session.results_notice() {
             self.message(Status::Ok, Category::Events, notice);
         }
@@ -275,6 +279,11 @@ impl Instance {
         } else {
             session.advance_to(target, &mut |_| true)
         };
+        if categories.is_on(Category::Warning) {
+            for text in session.take_warnings() {
+                log.log(Status::Warning, Category::Warning, &format!("fmi2DoStep: {text}"));
+            }
+        }
         let reached = match advance {
             Ok(Advance::Reached) => target,
             Ok(Advance::StoppedAt(clock)) => clock.clamp(from, target),

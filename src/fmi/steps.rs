@@ -53,9 +53,9 @@ pub(super) fn check_sloped_inputs(header: &Header, session: &Session, target: f6
             real.check(&format!("{name} (value and slope at the end of the step)"), value)?;
         }
     }
-    // The deepest feed of the step is at one of its ends.
-    let deepest = Inputs { feed: values.feed.max(ends[1].1), ..values };
-    Ok(session.check_inputs(&deepest)?)
+    // The deepest and the highest feed of the step are at its ends.
+    session.check_inputs(&values)?;
+    Ok(session.check_inputs(&Inputs { feed: ends[1].1, ..values })?)
 }
 
 #[cfg(test)]

@@ -162,6 +162,8 @@ pub struct Workpiece {
     pub width: f64,
     /// Temperature at the start (K).
     pub initial_temperature: f64,
+    /// Whether the left side, towards which the tool cuts, is held.
+    pub held_side: bool,
     /// Whether fresh material is fed in front of the tool without end.
     pub endless: bool,
     /// Length after which the tool meets its own surface again (m); 0 for never.
@@ -363,7 +365,7 @@ pub struct Results {
 pub struct Inputs {
     /// Cutting speed (m/s), positive towards -x.
     pub tool_velocity: f64,
-    /// Depth of the tool's lowest point below the workpiece's top (m).
+    /// Depth of the tool's lowest point below the workpiece's top (m); negative where it is lifted clear.
     pub feed: f64,
     /// Coulomb coefficient (-).
     pub friction: f64,
@@ -400,6 +402,7 @@ impl Default for Scene {
                 height: 1e-3,
                 width: 1e-3,
                 initial_temperature: 298.15,
+                held_side: true,
                 endless: false,
                 revolution_length: 0.0,
             },

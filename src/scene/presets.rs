@@ -153,8 +153,10 @@ pub fn force_error_band(scene: &Scene, feed: f64) -> f64 {
 }
 
 fn band(prices: &[Price], scene: &Scene, feed: f64) -> f64 {
-    // What the list holds was measured with the plain scheme and its locking control.
-    if scene.numerics.contact != ContactChoice::Surface || scene.numerics.mean_dilatation {
+    // What the list holds was measured with the plain scheme and its locking control; and a tool that is
+    // lifted clear has no points per feed.
+    let is_known = scene.numerics.contact == ContactChoice::Surface && !scene.numerics.mean_dilatation;
+    if !is_known || feed <= 0.0 {
         return NOTHING_KNOWN;
     }
     let spacing = scene.numerics.point_spacing * REFERENCE_FEED / feed;
@@ -240,6 +242,7 @@ mod tests {
             (8e-5, 3e-4, Speed::Exact, 0.32),
             (1e-6, 3e-4, Speed::Exact, 0.04),
             (1e-5, 0.0, Speed::Exact, 1.0),
+            (1e-5, -1e-3, Speed::Exact, 1.0),
         ] {
             let band = at(spacing, feed, speed);
             assert!((band - expected).abs() < 1e-12, "{band} at spacing {spacing}, feed {feed}, {speed:?}");

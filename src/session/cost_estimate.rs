@@ -79,7 +79,7 @@ pub fn of_run(solver: &dyn Solver, scene: &Scene, inputs: &Inputs, duration: f64
     };
     let process = setup::process_of(scene.kind)?;
     let start_area = process.integrated_area(scene, inputs, 0.0).all.max(f64::MIN_POSITIVE);
-    let mut load = plain * CONTACT * inputs.feed * scene.numerics.point_spacing;
+    let mut load = plain * CONTACT * inputs.feed.max(0.0) * scene.numerics.point_spacing;
     for k in 0..STATIONS {
         let distance = (k as f64 + 0.5) / STATIONS as f64 * speed.max(0.0) * duration;
         let area = process.integrated_area(scene, inputs, distance);

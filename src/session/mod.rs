@@ -8,6 +8,7 @@
 //! * this file: `Session`, its checks, how it advances, its bytes;
 //! * `outputs`: what is shown at a communication point, by the table of `variables::outputs`;
 //! * `run_state`: what a session keeps beside its solver, all of it part of a saved state;
+//! * `warnings`: what a run says on the way, once each;
 //! * `cost_estimate`: what a run will cost.
 //!
 //! What may be touched: a new field of `RunState` changes the bytes of a state and needs a new format number
@@ -17,6 +18,7 @@
 pub mod cost_estimate;
 mod outputs;
 mod run_state;
+mod warnings;
 
 use crate::checkpoint::{Envelope, StateBytes};
 use crate::error::Error;
@@ -33,6 +35,7 @@ use cost_estimate::Estimate;
 use run_state::{RunState, RunTotals};
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
+use warnings::Warned;
 
 /// Time constant of the first-order filter behind `cutting_force_min` and `cutting_force_max` (s).
 const FORCE_FILTER: f64 = 5e-8;
@@ -55,11 +58,14 @@ pub enum Advance {
 pub struct Session {
     run: RunState,
     solver: Box<dyn Solver>,
+    /// Warnings that nobody has taken yet; no part of a saved state.
+    warnings: Vec<String>,
 }
 
 impl Clone for Session {
     fn clone(&self) -> Self {
-        Session { run: self.run.clone(), solver: self.solver.fork() }
+        let warnings = self.warnings.clone();
+        Session { run: self.run.clone(), solver: self.solver.fork(), warnings }
     }
 }
 
@@ -86,6 +92,7 @@ impl Session {
             return Err(Error::Inconsistent(format!("start time {start_time} s is not a finite number")));
         }
         let scene = checked(scene)?;
+        let warnings = checks::warnings(&scene);
         let solver = setup::build(&scene)?;
         let cut_block = setup::process_of(scene.kind)?.cut_block(&scene);
         let results = ResultsWriter::new(&scene, cut_block, parameters)?;
@@ -99,11 +106,12 @@ impl Session {
             before_substep: RunTotals::default(),
             filtered_force: 0.0,
             force_range: None,
+            warned: Warned::default(),
             outputs: Outputs::default(),
             results,
             scene,
         };
-        let mut session = Session { run, solver };
+        let mut session = Session { run, solver, warnings };
         session.run.survey(session.solver.as_ref());
         Ok(session)
     }
@@ -135,8 +143,8 @@ impl Session {
     /// Checks values of the inputs against the table's ranges and the scene.
     ///
     /// # Errors
-    /// `Error::OutOfRange` for a value out of range or not finite, and for a feed that leaves less than two
-    /// cells below the tool.
+    /// `Error::OutOfRange` for a value out of range or not finite, for a feed that leaves less than two cells
+    /// below the tool, and for one that lifts it by more than the workpiece height.
     pub fn check_inputs(&self, inputs: &Inputs) -> Result<(), Error> {
         variables::check_inputs(inputs)?;
         setup::process_of(self.run.scene.kind)?.check_inputs(&self.run.scene, inputs)
@@ -255,7 +263,13 @@ impl Session {
         let [low, high] = run.force_range.unwrap_or([run.filtered_force; 2]);
         run.force_range = Some([low.min(run.filtered_force), high.max(run.filtered_force)]);
         run.before_substep = before;
-        Ok(())
+        run.warn(self.solver.as_ref(), &mut self.warnings)
+    }
+
+    /// What there is to warn of since this was last asked: at the start of the scene's values, then of the
+    /// run.
+    pub fn take_warnings(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.warnings)
     }
 
     /// Outputs at the last communication point.
@@ -364,7 +378,7 @@ impl Session {
         let scene = checked(&saved.run.scene).map_err(|error| damaged(&error.to_string()))?;
         let mut solver = setup::build(&scene)?;
         solver.restore(&saved.bulk, &saved.progress)?;
-        Ok(Session { run: saved.run, solver })
+        Ok(Session { run: saved.run, solver, warnings: Vec::new() })
     }
 
     /// Checks every value of a run that was read from bytes and is to go on: totals, outputs, inputs, points.
@@ -412,8 +426,8 @@ fn checked(scene: &Scene) -> Result<Scene, Error> {
 /// Slopes of inputs that keep their values.
 const NO_SLOPES: Inputs = Inputs { tool_velocity: 0.0, feed: 0.0, friction: 0.0 };
 
-/// What stands around a serialised state: format 8.
-const ENVELOPE: Envelope = Envelope { word: *b"SWARFRUN", format: 8, origin: &[], of: "swarf" };
+/// What stands around a serialised state: format 9.
+const ENVELOPE: Envelope = Envelope { word: *b"SWARFRUN", format: 9, origin: &[], of: "swarf" };
 
 #[derive(Serialize)]
 struct SavedRef<'a> {

@@ -29,19 +29,24 @@ struct Readings<'a> {
     points: usize,
     /// Depth of the tool's lowest point below the workpiece's top (m).
     feed: f64,
+    /// Feed asked for less feed reached (m).
+    tool_lag: f64,
     /// Sums over the points.
     survey: Survey,
 }
 
 impl<'a> Readings<'a> {
     /// Of the solver's present state.
-    fn of(scene: &'a Scene, solver: &'a dyn Solver) -> Self {
+    ///
+    /// * `asked`: the feed asked for at the solver's clock (m)
+    fn of(scene: &'a Scene, solver: &'a dyn Solver, asked: f64) -> Self {
         let (progress, tool) = (solver.progress(), solver.tool());
         let feed = (scene.workpiece.height - tool.position[1]).max(0.0);
         let mut survey = Survey::new();
         solver.visit_points(&mut |point| survey.count(point, tool, feed));
         let (ledger, heat) = (&progress.ledger, &progress.heat);
-        Readings { scene, tool, progress, ledger, heat, points: solver.points(), feed, survey }
+        let tool_lag = tool_lag(scene, tool, asked);
+        Readings { scene, tool, progress, ledger, heat, points: solver.points(), feed, tool_lag, survey }
     }
 
     /// Mean chip thickness normal to the rake face (m).
@@ -106,6 +111,13 @@ impl StepReadings {
     fn specific_energy(&self) -> f64 {
         self.removal.map_or(0.0, |removal| self.power / removal)
     }
+}
+
+/// Feed asked for less the feed that the tool has reached (m).
+///
+/// Written as the tool's way to where it is to stand, which is exactly 0 for a tool that stands there.
+pub(super) fn tool_lag(scene: &Scene, tool: &RigidTool, asked: f64) -> f64 {
+    tool.position[1] - (scene.workpiece.height - asked)
 }
 
 /// A count as FMI's Integer.
@@ -185,7 +197,8 @@ impl RunState {
 
     /// Brings the outputs of the state up to date.
     pub(super) fn survey(&mut self, solver: &dyn Solver) {
-        fill_state(&mut self.outputs, &Readings::of(&self.scene, solver));
+        let asked = self.inputs_now(solver).feed;
+        fill_state(&mut self.outputs, &Readings::of(&self.scene, solver, asked));
     }
 
     /// Outputs at the communication point `end` (since the start, s), which is the last one from here on.
@@ -219,7 +232,8 @@ impl RunState {
         if after.substeps == self.at_point.substeps {
             return (self.start + self.time, outputs);
         }
-        fill_state(&mut outputs, &Readings::of(&self.scene, solver));
+        let asked = self.inputs_now(solver).feed;
+        fill_state(&mut outputs, &Readings::of(&self.scene, solver, asked));
         let now = RunTotals::between(&self.before_substep, &after, after.time);
         let readings = self.step_readings(&outputs, &after, &now);
         fill_step(&mut outputs, &readings);

@@ -1,6 +1,7 @@
 //! What a session keeps beside its solver: inputs and their slopes, and the totals between which means are
 //! taken.
 
+use super::warnings::Warned;
 use crate::error::Error;
 use crate::output::results::ResultsWriter;
 use crate::scene::{Inputs, Scene};
@@ -73,6 +74,8 @@ pub(super) struct RunState {
     /// Cutting force behind the filter (N), now and its extremes in this communication step.
     pub(super) filtered_force: f64,
     pub(super) force_range: Option<[f64; 2]>,
+    /// What has been warned of, which is not said again.
+    pub(super) warned: Warned,
     pub(super) outputs: Outputs,
     pub(super) results: Option<ResultsWriter>,
 }
@@ -84,18 +87,23 @@ impl RunState {
         self.inputs.tool_velocity + self.slopes.tool_velocity * since
     }
 
+    /// The inputs at the solver's clock, their slopes taken in.
+    pub(super) fn inputs_now(&self, solver: &dyn Solver) -> Inputs {
+        let since = solver.progress().clock - self.inputs_time;
+        let at = |value: f64, slope: f64| value + slope * since;
+        Inputs {
+            tool_velocity: self.speed(solver),
+            feed: at(self.inputs.feed, self.slopes.feed),
+            friction: at(self.inputs.friction, self.slopes.friction).max(0.0),
+        }
+    }
+
     /// The tool's motion in the substep that starts now.
     ///
     /// # Errors
     /// `Error::NotAvailable` for a process that this version does not have.
     pub(super) fn tool_motion(&self, solver: &dyn Solver) -> Result<ToolMotion, Error> {
-        let since = solver.progress().clock - self.inputs_time;
-        let at = |value: f64, slope: f64| value + slope * since;
-        let inputs = Inputs {
-            tool_velocity: self.speed(solver),
-            feed: at(self.inputs.feed, self.slopes.feed),
-            friction: at(self.inputs.friction, self.slopes.friction).max(0.0),
-        };
+        let inputs = self.inputs_now(solver);
         let now = InputsNow { inputs, feed_slope: self.slopes.feed };
         let process = setup::process_of(self.scene.kind)?;
         Ok(process.tool_motion(&self.scene, &now, solver.tool(), &|motion| solver.time_step(motion)))

@@ -1,7 +1,7 @@
 //! What a scene may not ask for: values that do not belong together, and what this version does not have.
 
 use crate::dimension::{PlaneStrain, ThreeDimensional};
-use crate::error::Error;
+use crate::error::{Error, ZERO_CELSIUS};
 use crate::grid::shape_function::Gimp;
 use crate::material::library;
 use crate::scene::presets;
@@ -86,6 +86,21 @@ pub fn check(scene: &Scene) -> Result<Scene, Error> {
     refuse_rare(&resolved)?;
     process.check_inputs(&resolved, &resolved.inputs)?;
     Ok(resolved)
+}
+
+/// Coldest workpiece (K) that is taken for meant: below, somebody has probably written degrees Celsius.
+const COLD: f64 = 200.0;
+
+/// What is allowed in a scene that `check` has returned, and yet is probably not what was meant.
+pub fn warnings(scene: &Scene) -> Vec<String> {
+    let temperature = scene.workpiece.initial_temperature;
+    let cold = (temperature < COLD).then(|| {
+        format!(
+            "workpiece.initial_temperature = {temperature} K is below {COLD} K; SI: kelvin; {temperature} degC is {:.2} K",
+            temperature + ZERO_CELSIUS
+        )
+    });
+    cold.into_iter().collect()
 }
 
 /// Keeps the Courant number within the scheme's limit; one set by hand that is above it is refused.
@@ -238,3 +253,19 @@ fn refuse_rare(scene: &Scene) -> Result<(), Error> {
 
 /// Most points of a scene: 3 GB; more would fill an engineer's machine before it says so.
 const MOST_POINTS: f64 = 2e7;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 20 is allowed, and is seldom meant to be kelvin.
+    #[test]
+    fn a_workpiece_that_is_colder_than_any_workshop_is_told() {
+        let mut scene = Scene::default();
+        assert_eq!(warnings(&scene), Vec::<String>::new());
+        scene.workpiece.initial_temperature = 20.0;
+        let text = warnings(&check(&scene).unwrap()).join("\n");
+        assert!(text.starts_with("workpiece.initial_temperature = 20 K is below 200 K"), "{text}");
+        assert!(text.ends_with("SI: kelvin; 20 degC is 293.15 K"), "{text}");
+    }
+}

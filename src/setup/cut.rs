@@ -1,11 +1,16 @@
-//! Orthogonal cutting: a block held at its left and its bottom, and a tool that comes from the right.
+//! Orthogonal cutting: a block held at its bottom and, if the scene says so, at its left, and a tool that
+//! comes from the right.
+//!
+//! A tool must not reach a held side: what is left of the workpiece would be pressed between two rigid walls.
+//! One feed before it the tool stops (`FEEDS_TO_STOP`), and the run goes on with a tool at rest: not every
+//! master that a step is refused or cut short to keeps what it has computed (book, Limits).
 
 use crate::error::Error;
 use crate::grid::{FixedNodes, MARGIN};
 use crate::output::results::CutBlock;
 use crate::scene::lattice::StartLattice;
 use crate::scene::{DimensionChoice, Inputs, Scene};
-use crate::setup::process::{Bodies, InputsNow, IntegratedArea, PlacedLattice, Process};
+use crate::setup::process::{Bodies, FEEDS_TO_STOP, InputsNow, IntegratedArea, PlacedLattice, Process};
 use crate::simulation::ToolMotion;
 use crate::speedups::{active_window, rigid_chip};
 use crate::tool::RigidTool;
@@ -29,17 +34,18 @@ impl Process for Cut {
         }
     }
 
-    /// At least two cells must be left below the tool.
+    /// At least two cells must be left below the tool, and it is lifted by no more than the workpiece height.
     fn check_inputs(&self, scene: &Scene, inputs: &Inputs) -> Result<(), Error> {
-        let (feed, max) = (inputs.feed, scene.workpiece.height - 2.0 * scene.numerics.cell());
-        if (0.0..=max).contains(&feed) {
+        let (feed, height) = (inputs.feed, scene.workpiece.height);
+        let (min, max) = (-height, height - 2.0 * scene.numerics.cell());
+        if (min..=max).contains(&feed) {
             Ok(())
         } else {
-            Err(Error::OutOfRange { name: "feed".into(), asked: feed, min: 0.0, max, unit: "m" })
+            Err(Error::OutOfRange { name: "feed".into(), asked: feed, min, max, unit: "m" })
         }
     }
 
-    /// The workpiece as a lattice of points, its left and bottom nodes fixed.
+    /// The workpiece as a lattice of points, its bottom nodes fixed, and its left ones if that side is held.
     ///
     /// A wall is only as long as the workpiece: a chip flies past it. It goes on behind its surface as far as
     /// points reach: free nodes there would take the stress off points that press on it (test
@@ -73,11 +79,12 @@ impl Process for Cut {
             axes: [true; 3],
         };
         let lattice = StartLattice::new(size, scene.numerics.point_spacing, axes);
-        Bodies { counts, origin, fixed: vec![left, bottom], lattices: vec![PlacedLattice { lattice, first }] }
+        let fixed = if workpiece.held_side { vec![left, bottom] } else { vec![bottom] };
+        Bodies { counts, origin, fixed, lattices: vec![PlacedLattice { lattice, first }] }
     }
 
     /// The tool at its feed, its foremost part within the feed `tool.initial_gap` ahead of the workpiece's
-    /// right side.
+    /// right side; with a negative feed it stands above the workpiece's surface.
     fn tool(&self, scene: &Scene) -> Result<RigidTool, Error> {
         let tool = &scene.tool;
         let shape = ToolShape::new(
@@ -98,7 +105,7 @@ impl Process for Cut {
     }
 
     /// Vertically the tool follows the slope of the feed exactly, and makes up a jump no faster than
-    /// `tool.feed_rate_limit`.
+    /// `tool.feed_rate_limit`. Before a held side it goes neither further nor deeper.
     fn tool_motion(
         &self,
         scene: &Scene,
@@ -111,7 +118,20 @@ impl Process for Cut {
         let deviation = scene.workpiece.height - feed - tool.position[1];
         let trial = ToolMotion { velocity: [-tool_velocity, limit], friction };
         let catch_up = (deviation / time_step(&trial)).clamp(-limit, limit);
-        ToolMotion { velocity: [-tool_velocity, catch_up - now.feed_slope], friction }
+        let mut velocity = [-tool_velocity, catch_up - now.feed_slope];
+        if self.feeds_left(scene, tool) < FEEDS_TO_STOP {
+            velocity = velocity.map(|component| component.max(0.0));
+        }
+        ToolMotion { velocity, friction }
+    }
+
+    fn feeds_left(&self, scene: &Scene, tool: &RigidTool) -> f64 {
+        let [x, y] = tool.position;
+        let depth = scene.workpiece.height - y;
+        if !scene.workpiece.held_side || depth <= 0.0 {
+            return f64::INFINITY;
+        }
+        (x + tool.shape.foremost(depth)) / depth
     }
 
     fn cut_block(&self, scene: &Scene) -> Option<CutBlock> {
@@ -124,9 +144,11 @@ impl Process for Cut {
     }
 
     fn integrated_area(&self, scene: &Scene, inputs: &Inputs, distance: f64) -> IntegratedArea {
+        // A tool that is lifted clear cuts nothing.
+        let feed = inputs.feed.max(0.0);
         IntegratedArea {
-            all: active_window::integrated_area(scene, inputs.feed, distance),
-            yielding: rigid_chip::integrated_chip(scene, inputs.feed, distance),
+            all: active_window::integrated_area(scene, feed, distance),
+            yielding: rigid_chip::integrated_chip(scene, feed, distance),
         }
     }
 }

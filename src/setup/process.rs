@@ -12,6 +12,13 @@ use crate::scene::{Inputs, Scene};
 use crate::simulation::ToolMotion;
 use crate::tool::RigidTool;
 
+/// Uncut feeds before a held side at which a run warns: what the fixture does is felt from about there on
+/// (-).
+pub const FEEDS_TO_WARN: f64 = 2.0;
+/// Uncut feeds before a held side at which the tool stops: nearer, it would press the rest against the
+/// fixture (-).
+pub const FEEDS_TO_STOP: f64 = 1.0;
+
 /// The bodies of a process, on the grid that they move through.
 #[derive(Clone, Debug)]
 pub struct Bodies {
@@ -84,6 +91,10 @@ pub trait Process: Sync {
         tool: &RigidTool,
         time_step: &dyn Fn(&ToolMotion) -> f64,
     ) -> ToolMotion;
+
+    /// Uncut material between the tool's foremost point and a side that it must not reach, over the tool's
+    /// depth (-); infinite where there is no such side, or no depth.
+    fn feeds_left(&self, scene: &Scene, tool: &RigidTool) -> f64;
 
     /// The block whose machined surface, chip and shear bands results files profile, if there is one.
     fn cut_block(&self, scene: &Scene) -> Option<CutBlock>;

@@ -112,8 +112,9 @@ impl WindowBounds {
 impl ActiveWindow {
     /// Where the window stands around a tool.
     pub fn edges(&self, tool: &RigidTool, layout: &Layout) -> WindowBounds {
-        let [x, y] = tool.position;
-        let feed = (self.height - y).max(0.0);
+        // A tool that is lifted clear has its window where the surface is.
+        let (x, y) = (tool.position[0], tool.position[1].min(self.height));
+        let feed = self.height - y;
         let reach = |feeds: f64| (feeds * feed / layout.cell).max(SMALLEST);
         let node = |axis: usize, position: f64| (position - layout.origin[axis]) / layout.cell;
         let (beside, ahead) = (reach(self.ahead * BESIDE), reach(self.ahead));

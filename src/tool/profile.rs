@@ -222,6 +222,20 @@ impl ToolShape {
         points
     }
 
+    /// Coordinate of the tool's foremost point among those no higher than `height` above its lowest one (m),
+    /// at least 0.
+    pub fn foremost(&self, height: f64) -> f64 {
+        let (start, end) = (self.rake_start_vector(), self.sides[0].start);
+        // The arc leans forward up to its centre's height, if it reaches so far.
+        let low = height.clamp(0.0, start.y.min(self.radius));
+        let on_edge = -(low * (2.0 * self.radius - low)).max(0.0).sqrt();
+        if height <= start.y {
+            return on_edge;
+        }
+        let [x, y] = self.rake_direction();
+        on_edge.min(start.x + x / y * (height.min(end.y) - start.y))
+    }
+
     /// Unit vector up along the rake face.
     pub fn rake_direction(&self) -> [f64; 2] {
         (-self.sides[0].direction).into()

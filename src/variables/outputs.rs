@@ -31,9 +31,11 @@ pub(super) static INPUTS: &[Variable] = &[
         reference: 2,
         name: "feed",
         description: "uncut chip thickness: depth of the tool's lowest point below the workpiece's top \
-                      surface, at most the workpiece height less two cells; a jump is followed at \
-                      tool.feed_rate_limit, an input derivative exactly",
-        kind: real(&METRE, "mm", [0.0, NONE], Some(1e-4), input!(feed)),
+                      surface, at most the workpiece height less two cells; negative lifts the tool clear, by \
+                      at most the workpiece height; a jump is followed at tool.feed_rate_limit, an input \
+                      derivative exactly",
+        // No workpiece is higher than 1 m.
+        kind: real(&METRE, "mm", [-1.0, NONE], Some(1e-4), input!(feed)),
     },
     Variable {
         reference: 3,
@@ -243,6 +245,12 @@ macro_rules! outputs {
                 variable: 134 "energy.mass_scaling" real(&JOULE, "mJ", [-NONE, NONE], Some(0.1)),
                 meaning: "kinetic energy brought in by changes of the mass factor since the start",
                 source: state |r| r.ledger.mass_scaling,
+            }
+            tool_lag {
+                variable: 140 "tool_lag" real(&METRE, "µm", [-NONE, NONE], Some(1e-5)),
+                meaning: "feed asked for less the feed that the tool has reached, as it follows a jump at \
+                    tool.feed_rate_limit",
+                source: state |r| r.tool_lag,
             }
             retries {
                 variable: 190 "numerics.retries" integer([0, i32::MAX]),

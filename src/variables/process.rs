@@ -53,6 +53,12 @@ pub(super) static PARAMETERS: &[Variable] = &[
         kind: real(&METRE, "mm", [0.0, 100.0], None, parameter!(workpiece.revolution_length)),
     },
     Variable {
+        reference: 1016,
+        name: "workpiece.held_side",
+        description: "hold the left side, towards which the tool cuts: the tool then stops one feed before it; false leaves that side free, so that the tool can leave there",
+        kind: Kind::Boolean(parameter!(workpiece.held_side)),
+    },
+    Variable {
         reference: 1030,
         name: "tool.rake_angle",
         description: "angle of the rake face to the normal of the machined surface, positive when the face leans away from the chip",

@@ -1,9 +1,9 @@
-//! The tool where a cut begins and ends: through the workpiece's end, inside material at the start, never
-//! touching it.
+//! The tool where a cut begins and ends: to the held end, out at a free one, inside material at the start,
+//! never touching it.
 //!
-//! The workpiece's left side is held (`setup`): a tool that goes on presses what is left against that wall,
-//! and no run of a chip between two rigid walls can end well. It must end in an error that says so, or with a
-//! closed ledger.
+//! Where the workpiece's left side is held, a tool that went on would press what is left against that wall,
+//! and no run of a chip between two rigid walls can end well: it stops one feed before (`setup::process`),
+//! with a closed ledger.
 
 use super::Setting;
 use super::monitor::{NO_SLOPE, Watched, cut, soundness};
@@ -20,6 +20,7 @@ use crate::tool::RigidTool;
 /// Fills the sheet.
 pub fn fill(setting: &Setting, sheet: &mut Sheet) {
     through_the_end(setting, sheet);
+    through_a_free_end(setting, sheet);
     out_over_the_end(setting, sheet);
     for depth in [0.25, 1.0, 3.0] {
         inside_at_the_start(sheet, depth);
@@ -27,28 +28,34 @@ pub fn fill(setting: &Setting, sheet: &mut Sheet) {
     never_touching(setting, sheet);
 }
 
-/// On and on, until the tool stands in the wall.
+/// On and on, as far as the tool is let, and as long again.
 fn through_the_end(setting: &Setting, sheet: &mut Sheet) {
     let mut scene = cut(setting.pick(4e-5, 2e-5));
     scene.workpiece.length = 1e-3;
     let mut run = Watched::new(&scene);
     run.run(1.2e-3 / 50.0, 24);
-    let name = "driven into the held end";
+    let name = "driven towards the held end";
+    soundness(sheet, name, &run);
+    let (o, feed) = (run.outputs(), scene.inputs.feed);
+    let beyond = run.figure((feed - o.tool_position_x) / scene.numerics.point_spacing);
+    // The substep that passes the place is the last that moves, and goes less than half a cell.
+    let figure = sheet.at_most(format!("{name}: way beyond one feed before it, spacings"), beyond, "", 1.0);
+    figure.retried(o.retries).remarked(run.remark());
+}
+
+/// The same with that side free: the tool leaves there, and no force is left.
+fn through_a_free_end(setting: &Setting, sheet: &mut Sheet) {
+    let mut scene = cut(setting.pick(4e-5, 2e-5));
+    scene.workpiece.length = 1e-3;
+    scene.workpiece.held_side = false;
+    let mut run = Watched::new(&scene);
+    run.run(3e-3 / 50.0, 60);
+    let name = "out at a free end";
+    soundness(sheet, name, &run);
     let o = run.outputs();
-    let retries = o.retries;
-    match &run.error {
-        Some(error) => {
-            let is_named = f64::from(u8::from(error.to_string().contains("became unstable")));
-            let figure =
-                sheet.at_least(format!("{name}: ends in an error that names its cause"), is_named, "", 1.0);
-            figure.retried(retries).remarked(error.to_string());
-            // What was computed before was sound.
-            sheet.at_most(format!("{name}: ledger until then"), 100.0 * run.worst.ledger, "%", 1.0);
-            let way = 1e-3 + scene.tool.initial_gap - o.tool_position_x;
-            sheet.show(format!("{name}: length of cut until then"), 1e3 * way, "mm");
-        }
-        None => soundness(sheet, name, &run),
-    }
+    let force = run.figure(o.cutting_force.hypot(o.thrust_force));
+    let figure = sheet.at_most(format!("{name}: force two lengths on"), force, "N", 0.0);
+    figure.retried(o.retries).remarked(run.remark());
 }
 
 /// The tool is lifted out shortly before the held end: the cut's regular end.

@@ -274,3 +274,29 @@ fn impossible_shapes_are_refused() {
         assert!(error.contains(text), "{error}");
     }
 }
+
+/// The closed form against all points of the outline: a sharp and a rounded edge, faces that lean either way,
+/// and heights within the edge, on the face and above the tool.
+#[test]
+fn the_foremost_point_is_that_of_the_outline() {
+    for (rake, radius) in [(0.0, 0.0), (0.3, 0.0), (-0.4, 0.0), (0.0, 5e-5), (0.5, 5e-5), (-0.5, 5e-5)] {
+        let shape = ToolShape::new(rake, 0.1, radius, 5e-4, 1e-3).unwrap();
+        let mut outline = shape.outline(20_000);
+        // The face is one straight line of the outline; points on it, too.
+        let ([x, y], [dx, dy]) = (shape.rake_start(), shape.rake_direction());
+        outline.extend((0..=20_000).map(|k| {
+            let along = 1e-3 / dy * f64::from(k) / 20_000.0;
+            [x + along * dx, y + along * dy]
+        }));
+        for height in [0.0_f64, 1e-5, 4e-5, 7e-5, 3e-4, 9.9e-4, 2e-3] {
+            let within = outline.iter().filter(|point| point[1] <= height.min(1e-3) + 1e-12);
+            let expected = within.map(|point| point[0]).fold(0.0, f64::min);
+            let found = shape.foremost(height);
+            // Half a step along face or arc is below 0.1 µm.
+            assert!(
+                (found - expected).abs() < 1e-7,
+                "{found} m, outline {expected} m: {rake}, {radius}, {height}"
+            );
+        }
+    }
+}
