@@ -23,8 +23,9 @@ fn advance(session: &mut Session, time: f64) {
     assert_eq!(advance, Advance::Reached);
 }
 
-/// A tool that is driven against the held side stops one feed before it: the forces stay those of a cut instead of
-/// growing without bound, the ledger closes, and each thing is said once. Without that the run ended in an error.
+/// A tool that is driven against the held side stops one feed before it: the forces stay those of a cut
+/// instead of growing without bound, the ledger closes, and each thing is said once. Without that the run
+/// ended in an error.
 #[test]
 fn a_tool_stops_one_feed_before_the_held_side() {
     let scene = scene();
@@ -70,8 +71,8 @@ fn a_tool_leaves_at_a_free_side() {
     assert!(session.take_warnings().is_empty());
 }
 
-/// A feed below zero lifts the tool clear of the surface, as fast as it may: no force is left, where a feed of zero
-/// leaves the tool rubbing on what stands up. The tool's lag is told until it is there.
+/// A feed below zero lifts the tool clear of the surface, as fast as it may: no force is left, where a feed
+/// of zero leaves the tool rubbing on what stands up. The tool's lag is told until it is there.
 #[test]
 fn a_lifted_tool_feels_nothing() {
     let mut scene = scene();

@@ -1,17 +1,6 @@
 //! All points of a scene, sorted by their nearest node and divided into chunks.
 //!
-//! Sorting is a stable counting sort by the node's place in memory, so that neighbours in space are
-//! neighbours in memory and a chunk's nodes are one run. The order is part of the state: it fixes the order
-//! of every sum.
-//!
-//! ```text
-//!   where points stand    block 7 │…abcdefgh…│        most neighbours stay neighbours,
-//!   where they go         block 7 │…abc│i│defgh…│     so whole runs of them are copied at once
-//! ```
-//!
-//! Sorted points go to a second set of blocks, which then changes places with the first: after the first
-//! sorts no memory is asked for.
-//!
+//! * `sorting`: the order of the points in memory, which is part of the state;
 //! * `chunk`, `nodes`: a chunk's points, the nodes around them;
 //! * `smoothing`, `step_bounds`, `velocity_outliers`: what is done to increments, and how a substep is
 //!   judged.
@@ -22,20 +11,21 @@
 pub(crate) mod chunk;
 pub(crate) mod nodes;
 mod smoothing;
+mod sorting;
 pub(crate) mod step_bounds;
 pub(crate) mod velocity_outliers;
 
 use crate::checkpoint::{BulkReader, StateBytes};
 use crate::dimension::Dimension;
 use crate::error::Error;
-use crate::grid::{FixedNodes, Layout, PencilRanges};
+use crate::grid::{FixedNodes, Layout};
 use crate::parallel::for_each;
-use crate::parallel::take_turns;
 use crate::partition::chunk::Chunk;
 use crate::partition::nodes::{ChunkNodes, ChunkPencils};
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::Real;
 use crate::transfer::NodeRun;
+use sorting::{Workspace, share};
 
 /// Points per chunk below which a chunk is not worth its overlap.
 const POINTS_PER_CHUNK: usize = 2048;
@@ -66,43 +56,6 @@ pub struct Partition<R: Real, D: Dimension, S> {
     /// points.
     ends: Vec<(usize, usize)>,
     workspace: Workspace<R, D, S>,
-}
-
-/// Marks a place in memory without a point that stays.
-const GONE: u32 = u32::MAX;
-
-/// What sorting needs again and again. It is no part of the state: a copy starts with none.
-struct Workspace<R: Real, D: Dimension, S> {
-    /// By chunk: blocks for the sorted points.
-    spare: Vec<Vec<Block<R, D, S>>>,
-    /// By place in memory: the point's node, or `GONE`.
-    keys: Vec<u32>,
-    /// By node: where its next point goes.
-    place: Vec<u32>,
-    /// By place in the sorted order: where the point stands.
-    sources: Vec<u32>,
-    /// Number of blocks before each chunk.
-    firsts: Vec<usize>,
-    ranges: PencilRanges,
-}
-
-impl<R: Real, D: Dimension, S> Default for Workspace<R, D, S> {
-    fn default() -> Self {
-        Workspace {
-            spare: Vec::new(),
-            keys: Vec::new(),
-            place: Vec::new(),
-            sources: Vec::new(),
-            firsts: Vec::new(),
-            ranges: PencilRanges::default(),
-        }
-    }
-}
-
-impl<R: Real, D: Dimension, S> Clone for Workspace<R, D, S> {
-    fn clone(&self) -> Self {
-        Workspace::default()
-    }
 }
 
 impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
@@ -157,130 +110,6 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             *sum = work(layout, number, chunk, deposits);
         });
         sums.iter().sum()
-    }
-
-    /// Sorts the points and arranges the grid around them. A point that stands at the domain's rim leaves it:
-    /// it is shown to `retire` and is gone. `parallel` spreads the copying over the threads of the current
-    /// pool.
-    pub fn sort(&mut self, mut retire: impl FnMut(&Block<R, D, S>, usize), parallel: bool) {
-        self.key_points(&mut retire);
-        self.order_points();
-        self.gather_points(parallel);
-        for (chunk, spare) in self.chunks.iter_mut().zip(&mut self.workspace.spare) {
-            std::mem::swap(&mut chunk.blocks, spare);
-        }
-        let layout = &self.layout;
-        let pencil = |block: &Block<R, D, S>, lane: usize| {
-            layout.pencil::<D>(D::vector(|axis| block.node[axis][lane])) as usize
-        };
-        for (chunk, ends) in self.chunks.iter().zip(&mut self.ends) {
-            *ends = match (chunk.blocks.first(), chunk.blocks.last()) {
-                // Where points are sorted by cells, those of a cell have nodes on either side.
-                (Some(_), Some(_)) if layout.means_dilatation => {
-                    let blocks =
-                        chunk.blocks.iter().flat_map(|block| (0..BLOCK).map(move |lane| (block, lane)));
-                    let pencils = blocks.map(|(block, lane)| pencil(block, lane));
-                    pencils.fold((usize::MAX, 0), |(low, high), at| (low.min(at), high.max(at)))
-                }
-                (Some(first), Some(last)) => (pencil(first, 0), pencil(last, BLOCK - 1)),
-                _ => (1, 0),
-            };
-        }
-        self.arrange_chunks();
-    }
-
-    /// Arranges the nodes around the points that stay, and notes by place in memory each point's node, as its
-    /// index in the layout; `GONE` where there is no point.
-    fn key_points(&mut self, retire: &mut impl FnMut(&Block<R, D, S>, usize)) {
-        let Partition { layout, chunks, workspace, .. } = self;
-        let Workspace { keys, ranges, .. } = workspace;
-        keys.clear();
-        for block in chunks.iter().flat_map(|chunk| &chunk.blocks) {
-            for lane in 0..BLOCK {
-                let stays = layout.contains::<D>(D::vector(|axis| block.node[axis][lane]));
-                keys.push(if block.is_point(lane) && stays { 0 } else { GONE });
-                if block.is_point(lane) && !stays {
-                    retire(block, lane);
-                }
-            }
-        }
-        let blocks = chunks.iter().flat_map(|chunk| &chunk.blocks);
-        let nodes =
-            blocks.clone().flat_map(|block| (0..BLOCK).map(|lane| D::vector(|axis| block.node[axis][lane])));
-        let staying = nodes.clone().zip(keys.iter()).filter(|(_, key)| **key != GONE).map(|(node, _)| node);
-        layout.arrange::<D>(staying, ranges);
-        let place = |node: D::Vector<i32>| {
-            (layout.offset[layout.pencil::<D>(node) as usize] + Layout::along::<D>(node)) as u32
-        };
-        if layout.means_dilatation {
-            let cells = blocks.flat_map(|block| (0..BLOCK).map(|lane| block.cell(lane)));
-            for (cell, key) in cells.zip(keys).filter(|(_, key)| **key != GONE) {
-                *key = place(cell);
-            }
-        } else {
-            for (node, key) in nodes.zip(keys).filter(|(_, key)| **key != GONE) {
-                *key = place(node);
-            }
-        }
-    }
-
-    /// For each place in the sorted blocks, where its point stands now, `GONE` for a place that stays empty:
-    /// points of a cell that are averaged stand in one block.
-    fn order_points(&mut self) {
-        let Partition { layout, workspace, .. } = self;
-        let Workspace { keys, place, sources, .. } = workspace;
-        place.clear();
-        place.resize(layout.nodes() + 1, 0);
-        for &key in keys.iter().filter(|&&key| key != GONE) {
-            place[key as usize + 1] += 1;
-        }
-        // From numbers to first places.
-        let mut end = 0_u32;
-        for k in 0..place.len() - 1 {
-            let count = place[k + 1];
-            if layout.means_dilatation {
-                let room = BLOCK as u32 - end % BLOCK as u32;
-                if count > room && count <= BLOCK as u32 {
-                    end += room;
-                }
-            }
-            place[k] = end;
-            end += count;
-        }
-        sources.clear();
-        sources.resize(end as usize, GONE);
-        for (source, &key) in keys.iter().enumerate().filter(|(_, key)| **key != GONE) {
-            let slot = &mut place[key as usize];
-            sources[*slot as usize] = source as u32;
-            *slot += 1;
-        }
-    }
-
-    /// Copies the points in their new order to the spare blocks, in equal numbers for each chunk.
-    fn gather_points(&mut self, parallel: bool) {
-        let Partition { layout, chunks, workspace, .. } = self;
-        let Workspace { spare, sources, firsts, .. } = workspace;
-        firsts.clear();
-        firsts.extend(chunks.iter().scan(0, |end, chunk| {
-            *end += chunk.blocks.len();
-            Some(*end - chunk.blocks.len())
-        }));
-        spare.resize_with(chunks.len(), Vec::new);
-        let points = sources.len();
-        let (total, count) = (points.div_ceil(BLOCK), chunks.len());
-        let jobs = spare.iter_mut().enumerate().map(|(k, blocks)| {
-            let share = share(k, total, count);
-            let places = share.start * BLOCK..(share.end * BLOCK).min(points);
-            blocks.resize_with(share.len(), Block::empty);
-            (blocks, &sources[places])
-        });
-        let copy = |(blocks, sources): (&mut Vec<Block<R, D, S>>, &[u32])| {
-            copy_in_order(blocks, sources, chunks, firsts, layout.means_dilatation);
-            if layout.means_dilatation {
-                blocks.iter_mut().for_each(|block| group_points(block, layout));
-            }
-        };
-        if parallel { take_turns(jobs, copy) } else { jobs.for_each(copy) }
     }
 
     /// Gives sorted blocks to the chunks, in equal numbers.
@@ -427,192 +256,4 @@ fn places<'a, R: Real, D: Dimension + 'a, S: PointState<R> + 'a>(
     blocks: impl Iterator<Item = &'a Block<R, D, S>>,
 ) -> impl Iterator<Item = (&'a Block<R, D, S>, usize)> {
     blocks.flat_map(|block| (0..BLOCK).filter(|&lane| block.is_point(lane)).map(move |lane| (block, lane)))
-}
-
-/// The blocks of chunk `k` of `count` when there are `total`.
-fn share(k: usize, total: usize, count: usize) -> std::ops::Range<usize> {
-    k * total / count..(k + 1) * total / count
-}
-
-/// Copies points from where they stand now to `blocks`, in the order of `sources`; places that stay empty
-/// repeat the point before them with no volume, so that kernels need no mask.
-///
-/// * `firsts`: by chunk, blocks before it
-/// * `has_gaps`: whether any block may have empty places, not the last one alone
-fn copy_in_order<R: Real, D: Dimension, S: PointState<R>>(
-    blocks: &mut [Block<R, D, S>],
-    sources: &[u32],
-    chunks: &[Chunk<R, D, S>],
-    firsts: &[usize],
-    has_gaps: bool,
-) {
-    for (block, sources) in blocks.iter_mut().zip(sources.chunks(BLOCK)) {
-        let gap = if has_gaps { sources.iter().position(|&source| source == GONE) } else { None };
-        let used = gap.unwrap_or(sources.len());
-        let mut lane = 0;
-        while lane < used {
-            let first = sources[lane] as usize;
-            // A run ends with the block it stands in.
-            let most = (used - lane).min(BLOCK - first % BLOCK);
-            let follow = |step: &usize| sources[lane + step] as usize == first + step;
-            let length = 1 + (1..most).take_while(follow).count();
-            let chunk = firsts.partition_point(|&begin| begin <= first / BLOCK) - 1;
-            let from = &chunks[chunk].blocks[first / BLOCK - firsts[chunk]];
-            block.copy_points(lane, from, first % BLOCK, length);
-            lane += length;
-        }
-        for lane in used..BLOCK {
-            let last = sources[used - 1] as usize;
-            let chunk = firsts.partition_point(|&begin| begin <= last / BLOCK) - 1;
-            let from = &chunks[chunk].blocks[last / BLOCK - firsts[chunk]];
-            block.copy_points(lane, from, last % BLOCK, 1);
-            block.volume[lane] = R::ZERO;
-            block.id[lane] = u32::MAX;
-        }
-    }
-}
-
-/// Numbers the cells of a block's points, and puts its points in the order of their nearest nodes, so that
-/// neighbours share a stencil.
-fn group_points<R: Real, D: Dimension, S: PointState<R>>(block: &mut Block<R, D, S>, layout: &Layout) {
-    let mut group = 0;
-    for lane in 0..BLOCK {
-        if lane > 0 && block.cell(lane).as_ref() != block.cell(lane - 1).as_ref() {
-            group += 1;
-        }
-        block.group[lane] = group;
-    }
-    let key = |block: &Block<R, D, S>, lane: usize| {
-        let node = D::vector(|axis| block.node[axis][lane]);
-        layout.offset[layout.pencil::<D>(node) as usize] + Layout::along::<D>(node)
-    };
-    let mut order: [(i32, u8); BLOCK] = std::array::from_fn(|lane| (key(block, lane), lane as u8));
-    if order.is_sorted() {
-        return;
-    }
-    order.sort_unstable();
-    let from = block.clone();
-    for (lane, &(_, source)) in order.iter().enumerate() {
-        block.copy_points(lane, &from, source as usize, 1);
-        block.group[lane] = from.group[source as usize];
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::dimension::{PlaneStrain, ThreeDimensional};
-
-    /// Points at random nodes, some on the domain's rim, moved about and sorted again and again: each time
-    /// the order must be that of the standard library's stable sort of those that stay, with every quantity
-    /// in its place.
-    fn check<D: Dimension>(counts: [i32; 3]) {
-        let mut seed = 1_u64;
-        let mut random = |below: i32| {
-            // Knuth's linear congruential generator; its upper bits are the good ones.
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            ((seed >> 33) % below as u64) as i32
-        };
-        // 45 full blocks and a bit, for more than one chunk and empty places.
-        let total = 45 * BLOCK + 17;
-        let mut blocks = vec![Block::<f64, D, ()>::empty(); total.div_ceil(BLOCK)];
-        for number in 0..total {
-            let (block, lane) = (&mut blocks[number / BLOCK], number % BLOCK);
-            block.set_grid_position(lane, D::vector(|axis| f64::from(3 + random(counts[axis] - 6))));
-            block.volume[lane] = 1.0 + number as f64;
-            block.id[lane] = number as u32;
-        }
-        let mut partition = Partition::new(Layout::new(counts, 1.0, [0.0; 3]), vec![], blocks);
-        for round in 0..4 {
-            for block in partition.chunks.iter_mut().flat_map(|chunk| &mut chunk.blocks) {
-                for lane in 0..BLOCK {
-                    let axis = lane % D::AXES;
-                    block.node[axis][lane] =
-                        (block.node[axis][lane] + random(3) - 1).clamp(0, counts[axis] - 1);
-                }
-            }
-            let node = |block: &Block<f64, D, ()>, lane: usize| D::vector(|axis| block.node[axis][lane]);
-            let mut expected: Vec<(D::Vector<i32>, u32)> = partition
-                .points()
-                .map(|(block, lane)| (node(block, lane), block.id[lane]))
-                .filter(|(node, _)| partition.layout.contains::<D>(*node))
-                .collect();
-            expected.sort_by(|a, b| a.0.as_ref().cmp(b.0.as_ref()));
-            let mut retired = partition.points().count() - expected.len();
-            partition.sort(|_, _| retired -= 1, false);
-            assert_eq!(retired, 0, "round {round}: points at the rim and points retired");
-            let sorted = partition
-                .points()
-                .map(|(block, lane)| (node(block, lane), block.id[lane], block.volume[lane]));
-            let mut count = 0;
-            for ((node, id, volume), (expected_node, expected_id)) in sorted.zip(&expected) {
-                assert_eq!(
-                    (node.as_ref(), id),
-                    (expected_node.as_ref(), *expected_id),
-                    "round {round}, place {count}"
-                );
-                assert_eq!(volume, 1.0 + f64::from(id));
-                count += 1;
-            }
-            assert_eq!(count, expected.len());
-        }
-        assert!(partition.points().count() < total, "no point ever reached the rim");
-    }
-
-    /// Points of a cell stand in one block and have a number of their own there, however crowded cells are;
-    /// in a block points are in the order of their nodes. No point is lost, and places without one have no
-    /// volume.
-    fn check_cells<D: Dimension>(counts: [i32; 3]) {
-        let mut seed = 7_u64;
-        let mut random = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 33) as f64 / f64::from(1_u32 << 31)
-        };
-        let total = 30 * BLOCK + 5;
-        let mut blocks = vec![Block::<f64, D, ()>::empty(); total.div_ceil(BLOCK)];
-        for number in 0..total {
-            let (block, lane) = (&mut blocks[number / BLOCK], number % BLOCK);
-            block.set_grid_position(lane, D::vector(|axis| 4.0 + random() * f64::from(counts[axis] - 9)));
-            block.volume[lane] = 1.0;
-            block.id[lane] = number as u32;
-        }
-        let layout = Layout { means_dilatation: true, ..Layout::new(counts, 1.0, [0.0; 3]) };
-        let partition = Partition::new(layout, vec![], blocks);
-        let mut places = std::collections::BTreeMap::new();
-        let mut seen = vec![false; total];
-        for (number, block) in partition.chunks.iter().flat_map(|chunk| &chunk.blocks).enumerate() {
-            let mut last = i32::MIN;
-            for lane in (0..BLOCK).filter(|&lane| block.is_point(lane)) {
-                let cell: Vec<i32> = block.cell(lane).as_ref().to_vec();
-                let own = (number, block.group[lane]);
-                assert_eq!(*places.entry(cell.clone()).or_insert(own), own, "cell {cell:?} is split");
-                let node = D::vector(|axis| block.node[axis][lane]);
-                let pencil = partition.layout.pencil::<D>(node) as usize;
-                let place = partition.layout.offset[pencil] + Layout::along::<D>(node);
-                assert!(place >= last, "block {number} is not in the order of its nodes");
-                last = place;
-                assert!(!std::mem::replace(&mut seen[block.id[lane] as usize], true), "a point stands twice");
-            }
-        }
-        assert!(seen.iter().all(|&seen| seen), "points are lost");
-        let mut owners: Vec<(usize, u8)> = places.values().copied().collect();
-        owners.sort_unstable();
-        owners.dedup();
-        assert_eq!(owners.len(), places.len(), "two cells share a number");
-    }
-
-    /// See `check_cells`.
-    #[test]
-    fn points_of_a_cell_stay_together() {
-        check_cells::<PlaneStrain>([40, 30, 1]);
-        check_cells::<ThreeDimensional>([16, 14, 12]);
-    }
-
-    /// See `check`; nodes in memory lie in the order of their indices, so that of the nodes is the order of
-    /// the keys.
-    #[test]
-    fn sorting_is_the_stable_sort_by_node() {
-        check::<PlaneStrain>([30, 20, 1]);
-        check::<ThreeDimensional>([14, 12, 10]);
-    }
 }
