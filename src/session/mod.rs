@@ -32,10 +32,9 @@ use crate::simulation::{Progress, Solver};
 use crate::variables;
 pub use crate::variables::Outputs;
 use cost_estimate::Estimate;
-use run_state::{RunState, RunTotals};
+use run_state::{RunState, RunTotals, Warned};
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
-use warnings::Warned;
 
 /// Time constant of the first-order filter behind `cutting_force_min` and `cutting_force_max` (s).
 const FORCE_FILTER: f64 = 5e-8;

@@ -8,7 +8,7 @@
 //!
 //! To touch for a new output: its entry in the table, and what it reads here if that is not here yet.
 
-use super::run_state::{RunState, RunTotals};
+use super::run_state::{RunState, RunTotals, tool_lag};
 use crate::energy::ledger::Ledger;
 use crate::error::Error;
 use crate::heat::HeatTotals;
@@ -111,13 +111,6 @@ impl StepReadings {
     fn specific_energy(&self) -> f64 {
         self.removal.map_or(0.0, |removal| self.power / removal)
     }
-}
-
-/// Feed asked for less the feed that the tool has reached (m).
-///
-/// Written as the tool's way to where it is to stand, which is exactly 0 for a tool that stands there.
-pub(super) fn tool_lag(scene: &Scene, tool: &RigidTool, asked: f64) -> f64 {
-    tool.position[1] - (scene.workpiece.height - asked)
 }
 
 /// A count as FMI's Integer.

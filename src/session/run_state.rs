@@ -1,13 +1,13 @@
 //! What a session keeps beside its solver: inputs and their slopes, and the totals between which means are
 //! taken.
 
-use super::warnings::Warned;
 use crate::error::Error;
 use crate::output::results::ResultsWriter;
 use crate::scene::{Inputs, Scene};
 use crate::setup;
 use crate::setup::process::InputsNow;
 use crate::simulation::solver::{Progress, Solver, ToolMotion};
+use crate::tool::RigidTool;
 use crate::variables::{COLUMNS, Outputs};
 use serde::{Deserialize, Serialize};
 
@@ -53,6 +53,17 @@ impl RunTotals {
             substeps: after.substeps,
         }
     }
+}
+
+/// What has been said; part of a saved state, so that a run says it once whatever it is cut into.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Warned {
+    /// The tool lags.
+    pub(super) lag: bool,
+    /// The held side is near.
+    pub(super) near: bool,
+    /// The tool stands still before it.
+    pub(super) stopped: bool,
 }
 
 /// What a session keeps beside its solver.
@@ -173,4 +184,11 @@ impl RunState {
             None => Ok(()),
         }
     }
+}
+
+/// Feed asked for less the feed that the tool has reached (m).
+///
+/// Written as the tool's way to where it is to stand, which is exactly 0 for a tool that stands there.
+pub(super) fn tool_lag(scene: &Scene, tool: &RigidTool, asked: f64) -> f64 {
+    tool.position[1] - (scene.workpiece.height - asked)
 }

@@ -1,24 +1,11 @@
 //! What a run warns of on the way, once each: a tool that lags behind its feed, and one that comes to the
 //! held side.
 
-use super::outputs::tool_lag;
-use super::run_state::RunState;
+use super::run_state::{RunState, tool_lag};
 use crate::error::Error;
 use crate::setup;
 use crate::setup::process::{FEEDS_TO_STOP, FEEDS_TO_WARN};
 use crate::simulation::Solver;
-use serde::{Deserialize, Serialize};
-
-/// What has been said; part of a saved state, so that a run says it once whatever it is cut into.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Warned {
-    /// The tool lags.
-    lag: bool,
-    /// The held side is near.
-    near: bool,
-    /// The tool stands still before it.
-    stopped: bool,
-}
 
 impl RunState {
     /// Adds what there is to say after a substep.
