@@ -11,7 +11,7 @@ mod importer;
 #[path = "../tests/common/reference_loop.rs"]
 mod plain;
 
-use blocks::{DRIVE, sheared, sheared_plain};
+use blocks::{MOTION, sheared, sheared_plain};
 use criterion::{
     BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime,
 };
@@ -33,7 +33,7 @@ fn substep<R: Real, D: Dimension>(group: &mut Group<'_>, name: &str, cells: [i32
     let mut solver = sheared::<R, D>(cells);
     solver.options.instructions = set;
     group.throughput(Throughput::Elements(solver.points() as u64));
-    group.bench_function(name, |b| b.iter(|| solver.step(&DRIVE, false).expect("a stable block")));
+    group.bench_function(name, |b| b.iter(|| solver.step(&MOTION, false).expect("a stable block")));
 }
 
 fn substeps(c: &mut Criterion) {
@@ -44,7 +44,7 @@ fn substeps(c: &mut Criterion) {
     substep::<f32, PlaneStrain>(&mut group, "plane_strain_f32", FLAT, fastest);
     substep::<f64, ThreeDimensional>(&mut group, "three_dimensional_f64", DEEP, fastest);
     let mut plain = sheared_plain(FLAT);
-    group.bench_function("plain_loop", |b| b.iter(|| plain.step(&DRIVE)));
+    group.bench_function("plain_loop", |b| b.iter(|| plain.step(&MOTION)));
     group.finish();
 }
 

@@ -52,12 +52,12 @@ fn count(warm_up: usize, substeps: usize, parallel: bool, smoothed: bool) -> Cal
     scene.numerics.smoothed_increments = smoothed;
     let scene = checks::check(&scene).expect("a good scene");
     let mut solver = setup::build(&scene).expect("a good scene");
-    let drive = ToolMotion { velocity: [-200.0, 0.0], friction: 0.2 };
+    let motion = ToolMotion { velocity: [-200.0, 0.0], friction: 0.2 };
     let mut calls = Calls::default();
     for k in 0..warm_up + substeps {
         let travel = (solver.progress().travel, solver.progress().travel_uncontrolled);
         let before = CALLS.load(Ordering::Relaxed);
-        solver.step(&drive, parallel).expect("a stable run");
+        solver.step(&motion, parallel).expect("a stable run");
         let called = CALLS.load(Ordering::Relaxed) - before;
         let kind = if solver.progress().travel < travel.0 {
             &mut calls.sorting

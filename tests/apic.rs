@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Lattice, NO_DRIVE, Random, SteelIn, distant_tool, elastic, points, steel, steel_4340, total};
+use common::{Lattice, NO_MOTION, Random, SteelIn, distant_tool, elastic, points, steel, steel_4340, total};
 use swarf::dimension::PlaneStrain;
 use swarf::grid::shape_function::Gimp;
 use swarf::points::{BLOCK, PointState};
@@ -75,7 +75,7 @@ fn momentum_and_angular_momentum_are_conserved() {
         let (start, scales) = momenta(&block);
         let mut worst = [0.0_f64; 3];
         for _ in 0..400 {
-            block.step(&NO_DRIVE, false).expect("a stable step");
+            block.step(&NO_MOTION, false).expect("a stable step");
             let (now, _) = momenta(&block);
             for k in 0..3 {
                 worst[k] = worst[k].max((now[k] - start[k]).abs() / scales[k / 2]);
@@ -98,7 +98,7 @@ fn affine_velocity_fields_are_reproduced() {
     let moments = [0, 1, 2, 3].map(|k: usize| gradient[k / 2][k % 2] * CELL * second);
     let mut block = block(|x| (field(x), moments));
     let before = points(&block);
-    block.step(&NO_DRIVE, false).expect("a stable step");
+    block.step(&NO_MOTION, false).expect("a stable step");
     for (before, after) in before.iter().zip(points(&block)) {
         for axis in 0..2 {
             let error = after.velocity[axis] - before.velocity[axis];
@@ -126,7 +126,7 @@ fn energy_left(keeps_moments: bool) -> f64 {
     let energy = |block: &Block| total(&points(block), |p| common::kinetic(p) + elastic(p));
     let start = energy(&block);
     for _ in 0..200 {
-        block.step(&NO_DRIVE, false).expect("a stable step");
+        block.step(&NO_MOTION, false).expect("a stable step");
         if !keeps_moments {
             for block in block.partition.chunks.iter_mut().flat_map(|chunk| &mut chunk.blocks) {
                 *block.state.moments_mut() = [[0.0; BLOCK]; 4];
@@ -154,7 +154,7 @@ fn dissipation_is_far_below_that_of_pic() {
 fn the_ledger_closes() {
     let mut block = shaken(7);
     for _ in 0..300 {
-        block.step(&NO_DRIVE, false).expect("a stable step");
+        block.step(&NO_MOTION, false).expect("a stable step");
     }
     let now = points(&block);
     let ledger = &block.progress().ledger;

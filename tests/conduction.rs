@@ -86,7 +86,7 @@ fn noisy<R: Real, D: Dimension, F: ShapeFunction<R>>(shape: F, substeps: usize) 
         },
     );
     for _ in 0..substeps {
-        block.step(&common::NO_DRIVE, false).expect("a stable step");
+        block.step(&common::NO_MOTION, false).expect("a stable step");
     }
     block
 }

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{
-    Lattice, NO_DRIVE, Random, SteelBlock, SteelState, distant_tool, elastic, kinetic, points, total,
+    Lattice, NO_MOTION, Random, SteelBlock, SteelState, distant_tool, elastic, kinetic, points, total,
 };
 use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use swarf::grid::FixedNodes;
@@ -57,7 +57,7 @@ fn momentum_drift<D: Dimension, F: ShapeFunction<f64>>(shape: F, substeps: usize
         let (before, scale) =
             (momentum(&start), total(&start, |p| p.mass * kinetic(p).sqrt() / (0.5 * p.mass).sqrt()));
         for k in 0..substeps {
-            block.step(&NO_DRIVE, false).expect("a stable step");
+            block.step(&NO_MOTION, false).expect("a stable step");
             if k % 10 == 0 {
                 let now = momentum(&points(&block));
                 for axis in 0..3 {
@@ -96,7 +96,7 @@ fn mass_is_conserved() {
     let start = points(&block);
     let mass = total(&start, |p| p.mass);
     for _ in 0..300 {
-        block.step(&NO_DRIVE, false).expect("a stable step");
+        block.step(&NO_MOTION, false).expect("a stable step");
         let on_grid: f64 = block.partition.incoming.iter().flat_map(|run| &run.mass).sum();
         // About 1000 points in 9 nodes each, added one after another.
         assert!((on_grid / mass - 1.0).abs() < 1e-13, "grid has {on_grid} kg of {mass} kg");
@@ -114,7 +114,7 @@ fn imbalance<D: Dimension, F: ShapeFunction<f64>>(constants: &Constants, shape: 
     let scale = block.progress().ledger.initial_energy;
     let mut worst = 0.0_f64;
     for _ in 0..substeps {
-        block.step(&NO_DRIVE, false).expect("a stable step");
+        block.step(&NO_MOTION, false).expect("a stable step");
         let now = points(&block);
         let ledger = &block.progress().ledger;
         worst = worst.max((ledger.imbalance(total(&now, kinetic), total(&now, elastic)) / scale).abs());
@@ -164,7 +164,7 @@ fn fly<D: Dimension, F: ShapeFunction<f64>>(shape: F) -> (f64, f64, f64) {
     let mut clock = 0.0;
     // 20 cells along x, 8.5 along y.
     while clock < 20.0 * 2e-5 / velocity[0] {
-        block.step(&NO_DRIVE, false).expect("a stable step");
+        block.step(&NO_MOTION, false).expect("a stable step");
         clock = block.progress().clock;
     }
     let (mut shape_error, mut speed_error, mut stress) = (0.0_f64, 0.0_f64, 0.0_f64);
@@ -222,7 +222,7 @@ fn points_that_leave_the_domain_stay_in_the_ledger() {
     let energy = block.progress().ledger.initial_energy;
     let mut seen_partly = false;
     for _ in 0..2000 {
-        block.step(&NO_DRIVE, false).expect("a stable step");
+        block.step(&NO_MOTION, false).expect("a stable step");
         let now = points(&block);
         let ledger = &block.progress().ledger;
         assert_eq!(now.len() + ledger.retired_points as usize, count, "points are missing");
@@ -244,7 +244,7 @@ fn points_that_leave_the_domain_stay_in_the_ledger() {
     assert!((share - 1.0).abs() < 1e-2, "retired points took {share} of the energy");
     assert_eq!(points(&block).len(), 0);
     // An empty domain goes on without fuss.
-    block.step(&NO_DRIVE, false).expect("a step without points");
+    block.step(&NO_MOTION, false).expect("a step without points");
 }
 
 /// Fixed nodes give momentum to the wall and take no work: a block thrown at one bounces, and the ledger
@@ -272,7 +272,7 @@ fn a_block_bounces_off_fixed_nodes_with_a_closed_ledger() {
     let energy = block.progress().ledger.initial_energy;
     let mut worst = 0.0_f64;
     for _ in 0..600 {
-        block.step(&NO_DRIVE, false).expect("a stable step");
+        block.step(&NO_MOTION, false).expect("a stable step");
         let now = points(&block);
         let open = block.progress().ledger.imbalance(total(&now, kinetic), total(&now, elastic)) / energy;
         worst = worst.max(open.abs());
@@ -297,7 +297,7 @@ fn a_block_bounces_off_fixed_nodes_with_a_closed_ledger() {
 #[test]
 fn points_far_faster_than_sound_stop_the_run() {
     let mut block = shaken_block::<PlaneStrain, _>(&common::steel_4340(), Gimp::new(2), 1);
-    block.step(&NO_DRIVE, false).expect("a stable step");
+    block.step(&NO_MOTION, false).expect("a stable step");
     block.options.courant = 0.05;
     block.progress.fastest = 4e4;
     for points in block.partition.chunks.iter_mut().flat_map(|chunk| &mut chunk.blocks) {
@@ -305,7 +305,7 @@ fn points_far_faster_than_sound_stop_the_run() {
     }
     // The first substep has the momentum of the last deposit and finds nothing; the second goes a third of a
     // cell.
-    let outcome = (0..3).find_map(|_| block.step(&NO_DRIVE, false).err());
+    let outcome = (0..3).find_map(|_| block.step(&NO_MOTION, false).err());
     let text = outcome.expect("an error").to_string();
     assert!(text.contains("times the speed of sound"), "{text}");
 }

@@ -15,7 +15,7 @@ use swarf::points::{BLOCK, PointState};
 use swarf::scene::Constants;
 use swarf::simd::{InstructionSet, Kernel, Simd, Vector, dispatch};
 use swarf::simulation::Solver;
-use swarf::study::body_setup::{self, BodySetup, NO_DRIVE, distant_tool, lattice, points, total};
+use swarf::study::body_setup::{self, BodySetup, NO_MOTION, distant_tool, lattice, points, total};
 
 type Damaged = J2Plasticity<f64, JohnsonCook<f64>, JohnsonCookDamage<f64>>;
 type Point = State<f64, PlaneStrain, Temperature<f64>, Progress<f64>>;
@@ -250,7 +250,7 @@ fn tear(spacing: f64) -> Parted {
     let cell = 2.0 * spacing;
     let c = Constants { fracture_energy: 2e3, damage: [0.05, 0.0, 0.0, 0.0, 0.0], ..perfectly_plastic() };
     let length = 2.0 * GRIP[0] + BAR[0];
-    let arena = BodySetup::around([-0.2e-3, 0.0], [length + 0.2e-3, GRIP[1]], cell);
+    let setup = BodySetup::around([-0.2e-3, 0.0], [length + 0.2e-3, GRIP[1]], cell);
     let count = |size: f64| (size / spacing).round() as usize;
     let box_of = |x: f64, y: f64, size: [f64; 2]| {
         lattice([x, y, 0.0], [count(size[0]), count(size[1]), 1], spacing, 2)
@@ -267,7 +267,7 @@ fn tear(spacing: f64) -> Parted {
         seed.velocity[0] = SPEED * ((seed.position[0] - middle) / (0.5 * BAR[0])).clamp(-1.0, 1.0);
     }
     let places = seeds.clone();
-    let mut bar = arena.simulation::<PlaneStrain, _, _>(
+    let mut bar = setup.simulation::<PlaneStrain, _, _>(
         (Gimp::new(2), damaged(&c, cell)),
         distant_tool(),
         &seeds,
@@ -286,7 +286,7 @@ fn tear(spacing: f64) -> Parted {
     };
     let start = (momentum(&bar), mass(&bar), grip(&bar));
     while bar.progress().clock < 5e-6 {
-        bar.step(&NO_DRIVE, false).expect("a stable step");
+        bar.step(&NO_MOTION, false).expect("a stable step");
     }
     let end = (momentum(&bar), mass(&bar), grip(&bar));
     assert_eq!(end.1, start.1, "mass");
@@ -338,7 +338,7 @@ fn shear_off(spacing: f64) -> [f64; 2] {
     let c = Constants { fracture_energy: 2e3, damage: [10.0, 0.0, 0.0, 0.0, 0.0], ..perfectly_plastic() };
     let height = LAYER[1] + 2.0 * BLOCK_HEIGHT;
     let cell = 2.0 * spacing;
-    let arena = BodySetup::around([-0.1e-3, 0.0], [LAYER[0] + 0.1e-3, height], cell);
+    let setup = BodySetup::around([-0.1e-3, 0.0], [LAYER[0] + 0.1e-3, height], cell);
     let count = |size: f64| (size / spacing).round() as usize;
     let mut seeds = lattice([0.0; 3], [count(LAYER[0]), count(height), 1], spacing, 2);
     let middle = 0.5 * height;
@@ -350,7 +350,7 @@ fn shear_off(spacing: f64) -> [f64; 2] {
         seed.velocity[0] = SPEED * place.clamp(-1.0, 1.0);
     }
     let places = seeds.clone();
-    let mut layer = arena.simulation::<PlaneStrain, _, _>(
+    let mut layer = setup.simulation::<PlaneStrain, _, _>(
         (Gimp::new(2), damaged(&c, cell)),
         distant_tool(),
         &seeds,
@@ -361,7 +361,7 @@ fn shear_off(spacing: f64) -> [f64; 2] {
         },
     );
     while layer.progress().clock < 3e-6 {
-        layer.step(&NO_DRIVE, false).expect("a stable step");
+        layer.step(&NO_MOTION, false).expect("a stable step");
     }
     let ledger = &layer.progress().ledger;
     let dissipated = ledger.plastic_work + ledger.damage_work;

@@ -65,11 +65,11 @@ fn cut<D: Dimension>() -> SteelBlock<D, Gimp<f64>> {
 #[test]
 fn a_cut_with_held_faces_is_the_plane_strain_cut() {
     let (mut plane, mut space) = (cut::<PlaneStrain>(), cut::<ThreeDimensional>());
-    let drive = ToolMotion { velocity: [-50.0, 0.0], friction: 0.2 };
+    let motion = ToolMotion { velocity: [-50.0, 0.0], friction: 0.2 };
     // 0.2 mm of travel: five cells, with a chip of two.
     while plane.progress().clock < 4e-6 {
-        plane.step(&drive, false).expect("a stable step");
-        space.step(&drive, false).expect("a stable step");
+        plane.step(&motion, false).expect("a stable step");
+        space.step(&motion, false).expect("a stable step");
         let (a, b) = (plane.progress(), space.progress());
         assert!((a.clock / b.clock - 1.0).abs() < 1e-9, "clocks {} and {} s", a.clock, b.clock);
     }

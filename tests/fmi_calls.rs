@@ -385,3 +385,80 @@ fn damaged_states_are_refused() {
     assert_eq!(slave.deserialize(&bytes).0, Status::Ok, "{}", slave.log());
     assert_eq!(slave.step(1e-6, 1e-6), Status::Ok, "{}", slave.log());
 }
+
+/// Values in millimetres, degrees or Celsius are refused with the value that was probably meant, or warned of where they
+/// are allowed.
+#[test]
+fn slips_of_units_are_told() {
+    let slave = Slave::new(false);
+    for (name, value, hint) in [
+        ("numerics.point_spacing", 0.01, "SI: metres; 0.01 mm is 1e-5"),
+        ("workpiece.length", 3.0, "SI: metres; 3 mm is 3e-3"),
+        ("tool.edge_radius", 0.02, "SI: metres; 0.02 mm is 2e-5"),
+        ("tool.rake_angle", 10.0, "SI: radians; 10 deg is 0.1745"),
+        ("workpiece.initial_temperature", -20.0, "SI: kelvin; -20 degC is 253.15"),
+    ] {
+        assert_eq!(slave.set(name, value), Status::Error, "{name}");
+        let log = slave.log();
+        assert!(log.ends_with(hint), "{log}");
+    }
+    assert_eq!(slave.set("numerics.point_spacing", 5e-5), Status::Ok);
+    assert_eq!(slave.set("workpiece.initial_temperature", 20.0), Status::Ok);
+    assert_eq!(slave.set("feed", 0.3), Status::Ok, "what is too deep is known when the model is built");
+    // SAFETY: the component is alive.
+    unsafe {
+        assert_eq!(fmi2EnterInitializationMode(slave.component), Status::Ok);
+        assert_eq!(fmi2ExitInitializationMode(slave.component), Status::Error);
+        let log = slave.log();
+        assert!(
+            log.contains("feed = 0.3 m is outside [-0.001, ") && log.ends_with("0.3 mm is 3e-4"),
+            "{log}"
+        );
+        assert_eq!(slave.set("feed", 3e-4), Status::Ok);
+        assert_eq!(fmi2ExitInitializationMode(slave.component), Status::Ok);
+    }
+    let log = slave.log();
+    assert!(log.starts_with("slave 1 logStatusWarning fmi2ExitInitializationMode: "), "{log}");
+    assert!(log.ends_with("SI: kelvin; 20 degC is 293.15 K"), "{log}");
+}
+
+/// Every step towards a held side succeeds, as masters lose what they have over one that does not; two warnings say what
+/// comes and what came, and the time and the outputs go on.
+#[test]
+fn a_run_into_the_held_side_keeps_its_results() {
+    let slave = Slave::ready(&[("workpiece.length", 1e-3)]);
+    let mut log = String::new();
+    for k in 0..30 {
+        assert_eq!(slave.step(f64::from(k) * 1e-6, 1e-6), Status::Ok, "{}", slave.log());
+        log += &slave.log();
+        log += "\n";
+    }
+    let told: Vec<&str> = log.lines().filter(|line| !line.is_empty()).collect();
+    assert_eq!(told.len(), 2, "{log}");
+    assert!(told.iter().all(|line| line.starts_with("slave 1 logStatusWarning fmi2DoStep: at ")), "{log}");
+    assert!(told[0].contains("less than 2 feeds are left"), "{log}");
+    assert!(told[1].contains("the tool stopped 1 feed before the workpiece's left side"), "{log}");
+    let x = slave.get("tool_position_x");
+    // It stops within one substep, of some 10 ns at this spacing.
+    assert!(x <= 3e-4 && x > 3e-4 - 1e-6, "the tool stopped at {x} m");
+    assert_eq!((slave.get_integer("chip.state"), slave.get("cutting_power")), (3, 0.0));
+}
+
+/// The output and one line of the log tell that the tool lags behind a jump of the feed.
+#[test]
+fn a_tool_that_lags_is_told_once() {
+    let slave = Slave::ready(&[]);
+    assert_eq!(slave.set("feed", -1e-4), Status::Ok);
+    assert_eq!(slave.step(0.0, 1e-6), Status::Ok);
+    let log = slave.log();
+    assert_eq!(log.lines().count(), 1, "{log}");
+    assert!(
+        log.starts_with("slave 1 logStatusWarning fmi2DoStep: at ") && log.contains("the tool lags"),
+        "{log}"
+    );
+    // 0.4 mm asked for, 10 µm gone in 1 µs at 10 m/s, and up to a substep more.
+    let lag = slave.get("tool_lag");
+    assert!((lag + 3.9e-4).abs() < 1e-6, "lag {lag} m");
+    assert_eq!(slave.step(1e-6, 1e-6), Status::Ok);
+    assert_eq!(slave.log(), "", "said once");
+}

@@ -91,7 +91,7 @@ fn errors(rate: f64, step: f64, (from, to): (f64, f64), path: Path) -> (f64, f64
         }
         let stress = equivalent_stress(&state, 0) / row.stress - 1.0;
         let temperature = state.thermal.0[0] / row.temperature - 1.0;
-        assert!((state.plastic_strain[0] - row.strain).abs() < 1e-9, "the drive missed: {row:?}");
+        assert!((state.plastic_strain[0] - row.strain).abs() < 1e-9, "the motion missed: {row:?}");
         worst = (worst.0.max(stress.abs()), worst.1.max(temperature.abs()));
     }
     worst

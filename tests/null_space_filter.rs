@@ -4,7 +4,7 @@
 mod common;
 
 use common::{
-    Lattice, NO_DRIVE, SteelBlock, distant_tool, elastic, kinetic, never_yielding, points, steel_4340, total,
+    Lattice, NO_MOTION, SteelBlock, distant_tool, elastic, kinetic, never_yielding, points, steel_4340, total,
 };
 use swarf::dimension::PlaneStrain;
 use swarf::grid::shape_function::Gimp;
@@ -58,8 +58,8 @@ fn stored_velocities_are_brought_back() {
     let (before, scale) = momentum(&points(&steel));
     let start = steel.progress().ledger.initial_energy;
     for _ in 0..60 {
-        steel.step(&NO_DRIVE, false).expect("a stable step");
-        elastic_only.step(&NO_DRIVE, false).expect("a stable step");
+        steel.step(&NO_MOTION, false).expect("a stable step");
+        elastic_only.step(&NO_MOTION, false).expect("a stable step");
     }
     let now = points(&steel);
     assert!(steel.progress().null_space_velocities >= 2, "{} strays", steel.progress().null_space_velocities);
@@ -84,7 +84,7 @@ fn stored_velocities_are_brought_back() {
 fn smooth_motion_is_not_touched() {
     let mut block = block(&steel_4340(), |[x, y, _]| [500.0 - 3e5 * y + 1e5 * x, 3e5 * x - 1e5 * y, 0.0]);
     for _ in 0..40 {
-        block.step(&NO_DRIVE, false).expect("a stable step");
+        block.step(&NO_MOTION, false).expect("a stable step");
     }
     let cells = 500.0 * block.progress().clock / 2e-5;
     assert!(cells > 1.0, "it moved by {cells} cells only: too few looks");

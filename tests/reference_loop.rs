@@ -20,7 +20,7 @@ const CELL: f64 = 4e-5;
 /// Cells along the block's edges: 960 points.
 const CELLS: [i32; 3] = [20, 12, 1];
 /// Fast, so that the chip forms within the test: five cells of travel.
-const DRIVE: ToolMotion = ToolMotion { velocity: [-150.0, 0.0], friction: 0.2 };
+const MOTION: ToolMotion = ToolMotion { velocity: [-150.0, 0.0], friction: 0.2 };
 const SUBSTEPS: usize = 400;
 
 /// A small block on two walls, and a tool of 10 degrees rake and a rounded edge before it, four cells deep.
@@ -66,7 +66,7 @@ fn fast(set: InstructionSet) -> Numbers {
     // them.
     solver.progress.travel_unseen = f64::NEG_INFINITY;
     for _ in 0..SUBSTEPS {
-        solver.step(&DRIVE, false).expect("a stable cut");
+        solver.step(&MOTION, false).expect("a stable cut");
         sorts += usize::from(solver.progress().travel < travel);
         travel = solver.progress().travel;
     }
@@ -95,7 +95,7 @@ fn plain(shift: f64) -> Numbers {
     }
     let mut yielded = 0;
     for _ in 0..SUBSTEPS {
-        plain.step(&DRIVE);
+        plain.step(&MOTION);
         yielded += plain.yielding;
     }
     assert!(

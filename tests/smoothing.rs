@@ -12,7 +12,7 @@ use swarf::setup::courant_limit;
 use swarf::simd::InstructionSet;
 use swarf::simulation::Solver;
 use swarf::study::body_setup::{
-    BodySetup, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, points, steel,
+    BodySetup, NO_MOTION, Seed, distant_tool, elastic, kinetic, lattice, points, steel,
 };
 use swarf::study::verification::bar::constants;
 
@@ -46,8 +46,8 @@ fn weight(distance: f64) -> f64 {
 fn nodes_share_the_mass_of_the_points_between_them() {
     const SIZE: [usize; 2] = [40, 60];
     for set in InstructionSet::ALL.into_iter().filter(|set| set.is_available()) {
-        let mut arena = BodySetup::around([0.0; 2], SIZE.map(|cells| cells as f64 * CELL), CELL);
-        arena.smoothed_increments = true;
+        let mut setup = BodySetup::around([0.0; 2], SIZE.map(|cells| cells as f64 * CELL), CELL);
+        setup.smoothed_increments = true;
         let mut random = Random(3);
         let mut seeds = lattice([0.0; 3], [2 * SIZE[0], 2 * SIZE[1], 1], CELL / 2.0, 2);
         for seed in &mut seeds {
@@ -55,7 +55,7 @@ fn nodes_share_the_mass_of_the_points_between_them() {
             seed.velocity = [30.0, -20.0, 0.0];
         }
         let model = steel(&material());
-        let mut solver = arena.simulation::<PlaneStrain, _, _>(
+        let mut solver = setup.simulation::<PlaneStrain, _, _>(
             (Gimp::new(2), model),
             distant_tool(),
             &seeds,
@@ -64,14 +64,14 @@ fn nodes_share_the_mass_of_the_points_between_them() {
         solver.options.instructions = set;
         assert!(solver.partition.chunks.len() > 2, "one chunk tells nothing of the others");
         for _ in 0..3 {
-            solver.step(&NO_DRIVE, false).expect("a stable step");
+            solver.step(&NO_MOTION, false).expect("a stable step");
         }
         let points = points(&solver);
         let layout = &solver.partition.layout;
         let (mut largest, mut off) = (0.0_f64, 0.0_f64);
         for i in 5..SIZE[0] as i32 + 8 {
             for j in 5..SIZE[1] as i32 + 8 {
-                let place = |axis: usize, k: i32| arena.origin[axis] + f64::from(k) * CELL;
+                let place = |axis: usize, k: i32| setup.origin[axis] + f64::from(k) * CELL;
                 let along = |x: f64, axis: usize, k: i32| weight((x - place(axis, k)) / CELL);
                 let mut expected = [0.0; 3];
                 for point in &points {
@@ -124,8 +124,8 @@ const THOUSANDS: usize = 10;
 
 /// A block in small vibration whose sides lie on lines of nodes.
 fn vibrate(size: [usize; 2], courant: f64) -> Vibration {
-    let mut arena = BodySetup::around([0.0; 2], size.map(|cells| (cells + 1) as f64 * CELL), CELL);
-    (arena.courant, arena.smoothed_increments) = (courant, true);
+    let mut setup = BodySetup::around([0.0; 2], size.map(|cells| (cells + 1) as f64 * CELL), CELL);
+    (setup.courant, setup.smoothed_increments) = (courant, true);
     let mut seeds: Vec<Seed> = lattice([0.0; 3], [2 * size[0], 2 * size[1], 1], CELL / 2.0, 2);
     let length = size[0] as f64 * CELL;
     for seed in &mut seeds {
@@ -133,7 +133,7 @@ fn vibrate(size: [usize; 2], courant: f64) -> Vibration {
     }
     let model = steel(&material());
     let mut solver =
-        arena.simulation::<PlaneStrain, _, _>((Gimp::new(2), model), distant_tool(), &seeds, |_, _, _| {});
+        setup.simulation::<PlaneStrain, _, _>((Gimp::new(2), model), distant_tool(), &seeds, |_, _, _| {});
     let energies = |solver: &dyn Solver| {
         let mut sums = [0.0; 2];
         solver.visit_points(&mut |point| {
@@ -145,7 +145,7 @@ fn vibrate(size: [usize; 2], courant: f64) -> Vibration {
     let start = energies(&solver)[0];
     let mut vibration = Vibration { most: vec![0.0; THOUSANDS], ..Vibration::default() };
     for step in 0..1000 * THOUSANDS {
-        if let Err(error) = solver.step(&NO_DRIVE, false) {
+        if let Err(error) = solver.step(&NO_MOTION, false) {
             vibration.error = error.to_string();
             break;
         }

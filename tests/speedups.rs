@@ -1,4 +1,4 @@
-//! The levers of `numerics.speed`: what each may change in a cut, and what each must keep.
+//! The speed-ups of `numerics.speed`: what each may change in a cut, and what each must keep.
 //!
 //! What the levels together keep is tested beside the reference cut itself (`reference_cut.rs`);
 //! `book/src/evidence/performance.md` has more frictions, feeds and rakes.
@@ -19,7 +19,7 @@ fn scene(spacing: f64, friction: f64) -> Scene {
     scene
 }
 
-/// What a lever may change, and what it saves.
+/// What a speed-up may change, and what it saves.
 #[derive(Clone, Copy, Debug)]
 struct Cut {
     /// Mean over 1.0 to 1.6 mm of travel (N).

@@ -79,9 +79,9 @@ fn a_scheme_that_feeds_itself_is_stopped() {
     let mut scene = checks::check(&scene).expect("a good scene");
     scene.numerics.courant = 0.68;
     let mut solver = setup::build(&scene).expect("a solver");
-    let drive = ToolMotion { velocity: [-50.0, 0.0], friction: 0.2 };
+    let motion = ToolMotion { velocity: [-50.0, 0.0], friction: 0.2 };
     let error = loop {
-        if let Err(error) = solver.step(&drive, false) {
+        if let Err(error) = solver.step(&motion, false) {
             break error.to_string();
         }
         assert!(solver.progress().clock < 2e-5, "an unstable run must not pass");

@@ -126,8 +126,8 @@ fn drag(strength: f64, degrees: f64, cell: f64) -> Tractions {
         ..steel_4340()
     });
     let model = WeakSurface { body: steel(&constants), flow_stress: 3_f64.sqrt() * strength };
-    let arena = BodySetup::around([-2.0 - 0.37 * cell, -2.0 - 0.21 * cell], [2.0, 2.0], cell);
-    let mut solver = arena.simulation::<PlaneStrain, _, _>((Gimp::new(2), model), wall, &seeds, |_, _, _| {});
+    let setup = BodySetup::around([-2.0 - 0.37 * cell, -2.0 - 0.21 * cell], [2.0, 2.0], cell);
+    let mut solver = setup.simulation::<PlaneStrain, _, _>((Gimp::new(2), model), wall, &seeds, |_, _, _| {});
     solver.contact = contact::law(ContactChoice::Surface, true);
     solver.body_force = Some(Arc::new(move |x: [f64; 3], time: f64| {
         let s = (time / RAMP).min(1.0);
@@ -137,10 +137,10 @@ fn drag(strength: f64, degrees: f64, cell: f64) -> Tractions {
         let force = [0, 1].map(|axis| (-load * out[axis] - hold * along[axis]) / (1000.0 * THICKNESS));
         [force[0], force[1], 0.0]
     }));
-    let drive = ToolMotion { velocity: along.map(|a| SPEED * a), friction: FRICTION };
+    let motion = ToolMotion { velocity: along.map(|a| SPEED * a), friction: FRICTION };
     let mut until = |end: f64| {
         while solver.progress().clock < end {
-            solver.step(&drive, false).expect("a stable step");
+            solver.step(&motion, false).expect("a stable step");
         }
         let progress = solver.progress();
         (progress.clock, progress.ledger.tool_impulse, progress.contact_areas)
@@ -201,11 +201,11 @@ fn hits_a_wall<D: Dimension>(name: &str) {
     let mut block =
         lattice.build_of(model, Gimp::new(2), tool, |_, _: &mut SteelState<D>, _| [25.0, 10.0, 0.0]);
     block.contact = contact::law(ContactChoice::Surface, true);
-    let drive = ToolMotion { velocity: [0.0; 2], friction: 1.0 };
+    let motion = ToolMotion { velocity: [0.0; 2], friction: 1.0 };
     let face = 10.0 * CELL * if deep { 4.0 * CELL } else { 1.0 };
     let (mut most, mut clock, mut impulse) = (0.0_f64, 0.0, 0.0);
     for _ in 0..100 {
-        block.step(&drive, false).expect("a stable step");
+        block.step(&motion, false).expect("a stable step");
         let progress = block.progress();
         let drag = (impulse - progress.ledger.tool_impulse[1]) / (progress.clock - clock);
         (clock, impulse) = (progress.clock, progress.ledger.tool_impulse[1]);

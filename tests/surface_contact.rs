@@ -43,7 +43,7 @@ fn thrown_of<D: Dimension>(law: ContactChoice, cells: [i32; 3]) -> SteelBlock<D,
 }
 
 /// A tool that comes to meet it.
-const DRIVE: ToolMotion = ToolMotion { velocity: [-15.0, 0.0], friction: 0.3 };
+const MOTION: ToolMotion = ToolMotion { velocity: [-15.0, 0.0], friction: 0.3 };
 
 /// Contact is an exchange: what the block's momentum changes by is the tool's impulse (rounding of a thousand
 /// substeps), and the ledger stays closed, with 0.5 % for what a block that bounces off fixed nodes leaves
@@ -56,7 +56,7 @@ fn check<D: Dimension>(space: &str, law: ContactChoice) {
     let energy = block.progress().ledger.initial_energy;
     let mut worst = 0.0_f64;
     for _ in 0..300 {
-        block.step(&DRIVE, false).expect("a stable step");
+        block.step(&MOTION, false).expect("a stable step");
         let now = points(&block);
         let open = block.progress().ledger.imbalance(total(&now, kinetic), total(&now, elastic)) / energy;
         worst = worst.max(open.abs());
@@ -95,8 +95,8 @@ fn threads_change_nothing() {
     for law in LAWS {
         let (mut one, mut two) = (thrown::<PlaneStrain>(law), thrown::<PlaneStrain>(law));
         for _ in 0..300 {
-            one.step(&DRIVE, false).expect("a stable step");
-            two.step(&DRIVE, true).expect("a stable step");
+            one.step(&MOTION, false).expect("a stable step");
+            two.step(&MOTION, true).expect("a stable step");
         }
         assert!(one.progress().touches.ever, "{law:?}: the tool was never touched");
         assert_eq!(one.progress(), two.progress(), "{law:?}");
@@ -114,8 +114,8 @@ fn friction_heat_adds_up_to_friction_work() {
         asked.wants_friction_heat = true;
         let mut before = 0.0;
         for _ in 0..300 {
-            asked.step(&DRIVE, false).expect("a stable step");
-            silent.step(&DRIVE, false).expect("a stable step");
+            asked.step(&MOTION, false).expect("a stable step");
+            silent.step(&MOTION, false).expect("a stable step");
             let heat = &asked.touched().friction_heat;
             assert!(heat.iter().all(|entry| entry.1 >= 0.0), "{law:?}: negative heat: {heat:?}");
             assert!(heat.is_sorted_by_key(|entry| entry.0), "{law:?}: nodes out of order");
@@ -139,7 +139,7 @@ fn a_restored_run_is_the_same_to_the_bit() {
         // In the middle of contact, which comes and goes as the block vibrates.
         let mut touching = 0;
         while touching < 20 {
-            first.step(&DRIVE, false).expect("a stable step");
+            first.step(&MOTION, false).expect("a stable step");
             touching += usize::from(first.progress().touches.now);
             assert!(first.progress().substeps < 300, "{law:?}: the tool is hardly touched");
         }
@@ -147,8 +147,8 @@ fn a_restored_run_is_the_same_to_the_bit() {
         second.restore(&first.state_bytes(), first.progress()).expect("a good state");
         assert!(first.state_bytes() == second.state_bytes(), "{law:?}: the state itself differs");
         for _ in 0..300 {
-            first.step(&DRIVE, false).expect("a stable step");
-            second.step(&DRIVE, false).expect("a stable step");
+            first.step(&MOTION, false).expect("a stable step");
+            second.step(&MOTION, false).expect("a stable step");
         }
         assert_eq!(first.progress(), second.progress(), "{law:?}");
         assert!(first.state_bytes() == second.state_bytes(), "{law:?}: the states differ");
@@ -181,11 +181,11 @@ fn twice_the_width_is_twice_the_force() {
 fn a_grid_that_shrinks_while_the_tool_touches_is_no_surprise() {
     let mut large = thrown::<PlaneStrain>(ContactChoice::Surface);
     while large.contact.cost().touching == 0 {
-        large.step(&DRIVE, false).expect("a stable step");
+        large.step(&MOTION, false).expect("a stable step");
         assert!(large.progress().substeps < 300, "the tool is never touched");
     }
     let mut small = thrown_of::<PlaneStrain>(ContactChoice::Surface, [2, 2, 4]);
     small.contact = large.contact;
     small.contact.note_sort();
-    small.step(&DRIVE, false).expect("a stable step");
+    small.step(&MOTION, false).expect("a stable step");
 }

@@ -15,7 +15,7 @@ pub const BAND: f64 = 0.07;
 /// Shear rate in the band (1/s), as in a chip's shear zone at 50 m/s.
 const RATE: f64 = 2e5;
 /// The tool cuts at 50 m/s.
-pub const DRIVE: ToolMotion = ToolMotion { velocity: [-50.0, 0.0], friction: 0.2 };
+pub const MOTION: ToolMotion = ToolMotion { velocity: [-50.0, 0.0], friction: 0.2 };
 
 /// A block of some cells, a millimetre high, in an empty domain, and a tool at its right side.
 pub fn scene(cells: [i32; 3]) -> (Lattice, RigidTool) {

@@ -1,7 +1,7 @@
 //! Single kernels, run a given number of times, for callgrind: the difference between two numbers of times is
 //! free of everything else.
 
-use crate::blocks::{DRIVE, sheared};
+use crate::blocks::{MOTION, sheared};
 use swarf::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use swarf::simd::InstructionSet;
 use swarf::simulation::Solver;
@@ -34,7 +34,7 @@ fn substeps<D: Dimension>(cells: [i32; 3], set: InstructionSet, times: usize) ->
     let mut solver = sheared::<f64, D>(cells);
     solver.options.instructions = set;
     for _ in 0..times {
-        solver.step(&DRIVE, false).expect("a stable block");
+        solver.step(&MOTION, false).expect("a stable block");
         assert!(solver.progress.travel > 0.0, "points were sorted: count fewer substeps");
     }
     (solver.points(), set)

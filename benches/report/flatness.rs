@@ -7,7 +7,7 @@
 //! share, in the mean over a run. Each is measured right after the smallest one, so that a busy neighbour
 //! meets both.
 
-use crate::blocks::{BAND, DRIVE, block};
+use crate::blocks::{BAND, MOTION, block};
 use crate::phases::median;
 use cpu_time::ThreadTime;
 use serde_json::{Value, json};
@@ -48,7 +48,7 @@ fn start<R: Real>(cells: [i32; 3], band: f64) -> impl Solver {
 }
 
 fn step(solver: &mut impl Solver) {
-    solver.step(&DRIVE, false).expect("a stable block");
+    solver.step(&MOTION, false).expect("a stable block");
 }
 
 /// Width of the band (share of the block's length) with which such a share of the points yields, by halving.

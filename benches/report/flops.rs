@@ -4,7 +4,7 @@
 //! comparisons, minima, roundings and sign changes count nothing. Everything executed counts, idle lanes of a
 //! vector included.
 
-use crate::blocks::{BAND, DRIVE, block};
+use crate::blocks::{BAND, MOTION, block};
 use crate::common::BlockIn;
 use std::cell::Cell;
 use std::fmt;
@@ -194,11 +194,11 @@ fn in_block<D: Dimension>(mut solver: BlockIn<Counted, D, Gimp<Counted>>) -> (f6
         strains
     };
     for _ in 0..2 {
-        solver.step(&DRIVE, false).expect("a stable block");
+        solver.step(&MOTION, false).expect("a stable block");
     }
     let before = strains(&solver);
     FLOP.with(|flop| flop.set(0));
-    solver.step(&DRIVE, false).expect("a stable block");
+    solver.step(&MOTION, false).expect("a stable block");
     let flop = FLOP.with(Cell::get) as f64;
     let yielding = strains(&solver).iter().zip(&before).filter(|(now, before)| now.1 > before.1).count();
     let points = before.len() as f64;

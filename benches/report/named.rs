@@ -56,9 +56,9 @@ pub const NAMED: [Named; 9] = [
         run: steel_1045,
     },
     Named {
-        name: "steel-1045-levers",
-        about: "the same cut with each lever by itself, and with fixed mass scalings",
-        run: steel_1045_levers,
+        name: "steel-1045-speedups",
+        about: "the same cut with each speed-up by itself, and with fixed mass scalings",
+        run: steel_1045_speedups,
     },
     Named {
         name: "contact-laws",
@@ -183,7 +183,7 @@ fn paper_cut(coarsening: f64) -> Value {
     json!(compare(plans))
 }
 
-/// Frictions, feeds (m) and rake angles (rad) over which levers are compared.
+/// Frictions, feeds (m) and rake angles (rad) over which speed-ups are compared.
 fn conditions() -> impl Iterator<Item = (f64, f64, f64)> {
     [0.0, 0.2]
         .into_iter()
@@ -257,7 +257,7 @@ fn steel_1045(coarsening: f64) -> Value {
     })))
 }
 
-fn steel_1045_levers(coarsening: f64) -> Value {
+fn steel_1045_speedups(coarsening: f64) -> Value {
     let with = |name: &str, change: &dyn Fn(&mut Scene)| {
         let mut plan = ordinary(coarsening, 0);
         plan.scene.numerics.speed = Speed::Exact;

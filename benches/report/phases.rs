@@ -5,7 +5,7 @@
 //! back, and so does the locking control with its own. The nodes' share is the time of substeps of the same
 //! partition without its points.
 
-use crate::blocks::{DRIVE, sheared, sheared_plain};
+use crate::blocks::{MOTION, sheared, sheared_plain};
 use cpu_time::ThreadTime;
 use serde_json::{Value, json};
 use swarf::dimension::{Dimension, PlaneStrain};
@@ -48,7 +48,7 @@ impl Phases {
         for _ in 0..substeps {
             let travel = (solver.progress.travel, solver.progress.travel_uncontrolled);
             let begin = ThreadTime::now();
-            solver.step(&DRIVE, false).expect("a stable block");
+            solver.step(&MOTION, false).expect("a stable block");
             let time = per_point(begin.elapsed().as_secs_f64());
             let has_controlled = solver.progress.travel_uncontrolled < travel.1;
             match (solver.progress.travel < travel.0, has_controlled) {
@@ -74,7 +74,7 @@ impl Phases {
         let mut nodes: Vec<f64> = (0..50)
             .map(|_| {
                 let begin = ThreadTime::now();
-                solver.step(&DRIVE, false).expect("nothing moves");
+                solver.step(&MOTION, false).expect("nothing moves");
                 per_point(begin.elapsed().as_secs_f64())
             })
             .collect();
@@ -155,11 +155,11 @@ impl Comparison {
         let mut times = vec![vec![]; 1 + sets.len()];
         for _ in 0..rounds {
             let begin = ThreadTime::now();
-            (0..SUBSTEPS).for_each(|_| plain.step(&DRIVE));
+            (0..SUBSTEPS).for_each(|_| plain.step(&MOTION));
             times[0].push(begin.elapsed().as_secs_f64());
             for (solver, times) in solvers.iter_mut().zip(&mut times[1..]) {
                 let begin = ThreadTime::now();
-                (0..SUBSTEPS).for_each(|_| solver.step(&DRIVE, false).expect("a stable block"));
+                (0..SUBSTEPS).for_each(|_| solver.step(&MOTION, false).expect("a stable block"));
                 times.push(begin.elapsed().as_secs_f64());
             }
         }

@@ -68,9 +68,9 @@ impl RakeFace {
     /// `None` where that is no polygon.
     pub fn of(outline: &[[f64; 2]]) -> Option<RakeFace> {
         let [.., end, start] = outline else { return None };
-        let way = [end[0] - start[0], end[1] - start[1]];
-        let length = way[0].hypot(way[1]);
-        let direction = [way[0] / length, way[1] / length];
+        let along = [end[0] - start[0], end[1] - start[1]];
+        let length = along[0].hypot(along[1]);
+        let direction = [along[0] / length, along[1] / length];
         (outline.len() > 3 && length > 0.0).then_some(RakeFace {
             start: *start,
             direction,

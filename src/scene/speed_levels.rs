@@ -1,4 +1,4 @@
-//! Speed levels: which levers `numerics.speed` pulls.
+//! Speed levels: which speed-ups `numerics.speed` takes.
 //!
 //! | level | precision | Courant number | active window | active chip | mass scaling |
 //! |---|---|---|---|---|---|
@@ -18,12 +18,12 @@
 use crate::scene::presets::PRESETS;
 use crate::scene::{Numerics, Precision, Scene, Speed};
 
-/// The scene with its level's levers pulled; doing it again changes nothing.
+/// The scene with its level's speed-ups applied; doing it again changes nothing.
 pub fn apply(scene: &mut Scene) {
     let start = Scene::default().numerics;
     let numerics = &mut scene.numerics;
     let is_smoothed = numerics.courant == start.courant && numerics.can_smooth();
-    let levers = match numerics.speed {
+    let speedups = match numerics.speed {
         Speed::Exact => return,
         Speed::Balanced => Numerics {
             precision: Precision::Single,
@@ -45,22 +45,22 @@ pub fn apply(scene: &mut Scene) {
             ..start.clone()
         },
     };
-    let set = |value: &mut f64, start: f64, lever: f64| {
+    let set = |value: &mut f64, start: f64, value_set: f64| {
         if *value == start {
-            *value = lever;
+            *value = value_set;
         }
     };
     if numerics.precision == start.precision {
-        numerics.precision = levers.precision;
+        numerics.precision = speedups.precision;
     }
-    numerics.smoothed_increments |= levers.smoothed_increments;
-    set(&mut numerics.courant, start.courant, levers.courant);
-    set(&mut numerics.active_window, start.active_window, levers.active_window);
-    set(&mut numerics.active_chip, start.active_chip, levers.active_chip);
+    numerics.smoothed_increments |= speedups.smoothed_increments;
+    set(&mut numerics.courant, start.courant, speedups.courant);
+    set(&mut numerics.active_window, start.active_window, speedups.active_window);
+    set(&mut numerics.active_chip, start.active_chip, speedups.active_chip);
     // A share of the force set by hand is kept; a factor set by hand needs none.
     if numerics.mass_scaling == start.mass_scaling {
-        numerics.mass_scaling = levers.mass_scaling;
-        set(&mut numerics.inertia_error, start.inertia_error, levers.inertia_error);
+        numerics.mass_scaling = speedups.mass_scaling;
+        set(&mut numerics.inertia_error, start.inertia_error, speedups.inertia_error);
     }
 }
 

@@ -64,11 +64,11 @@ pub struct Estimate {
 /// When the copy becomes unstable, as the run then would.
 pub fn of_run(solver: &dyn Solver, scene: &Scene, inputs: &Inputs, duration: f64) -> Result<Estimate, Error> {
     let speed = inputs.tool_velocity;
-    let drive = ToolMotion { velocity: [-speed, 0.0], friction: inputs.friction };
+    let motion = ToolMotion { velocity: [-speed, 0.0], friction: inputs.friction };
     let mut copy = small_copy(solver, scene)?;
     copy.scale_mass(speed.abs());
     // A coarser copy has longer substeps, in proportion to its cells.
-    let substeps = duration / (copy.time_step(&drive) / coarseness(scene)) * (1.0 + MORE_SUBSTEPS);
+    let substeps = duration / (copy.time_step(&motion) / coarseness(scene)) * (1.0 + MORE_SUBSTEPS);
     let cost = cost_at_rest(copy.as_mut(), substeps)?;
     let plain = if scene.numerics.transfer == TransferChoice::Flip {
         cost
@@ -113,15 +113,15 @@ fn coarser(scene: &Scene) -> Result<Box<dyn Solver>, Error> {
 
 /// CPU time of a substep at rest for each point (s), for a run of so many substeps.
 fn cost_at_rest(solver: &mut dyn Solver, substeps: f64) -> Result<f64, Error> {
-    let drive = ToolMotion { velocity: [0.0; 2], friction: 0.0 };
+    let motion = ToolMotion { velocity: [0.0; 2], friction: 0.0 };
     // The first brings the copy into the cache.
-    solver.step(&drive, false)?;
+    solver.step(&motion, false)?;
     let begin = Clock::now();
     let mut cheapest = f64::MAX;
     loop {
         let before = begin.elapsed();
         for _ in 0..BATCH {
-            solver.step(&drive, false)?;
+            solver.step(&motion, false)?;
         }
         let after = begin.elapsed();
         cheapest = cheapest.min((after - before) / BATCH as f64);

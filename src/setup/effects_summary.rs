@@ -48,7 +48,7 @@ pub fn effects_summary(scene: &Scene) -> String {
         ContactChoice::Velocity => "contact on nodes shared with a tool made of points (velocity law)",
     };
     let mass_factor = MassScaling::of(scene).map_or(1.0, |s| s.wanted(scene.inputs.tool_velocity.abs()));
-    let levers = speed_levels::summary(scene, mass_factor);
+    let speedups = speed_levels::summary(scene, mass_factor);
     let transfer = match scene.numerics.transfer {
         TransferChoice::Flip => "",
         TransferChoice::Apic => ", affine transfer (APIC)",
@@ -65,8 +65,8 @@ pub fn effects_summary(scene: &Scene) -> String {
     };
     let viscosity = if scene.effects.artificial_viscosity { ", artificial viscosity" } else { "" };
     format!(
-        "effects: plasticity ({}{law}), {rate}, {heat}{damage}{viscosity}, {friction}{sticking}{expansion}{tool_heat}{locking}{transfer}; {contact}{}{levers}",
+        "effects: plasticity ({}{law}), {rate}, {heat}{damage}{viscosity}, {friction}{sticking}{expansion}{tool_heat}{locking}{transfer}; {contact}{}{speedups}",
         scene.material.name,
-        if levers.is_empty() { "" } else { "; " }
+        if speedups.is_empty() { "" } else { "; " }
     )
 }

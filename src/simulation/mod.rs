@@ -280,17 +280,17 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         progress.contact_areas.sticking += dt * contact.contact_areas.sticking;
         progress.touches = Touches { now: touches, ever: touches || progress.touches.ever };
         let [x, y] = self.tool.velocity;
-        let way = dt * x.hypot(y);
+        let distance = dt * x.hypot(y);
         if touches {
-            progress.cut_length += way;
+            progress.cut_length += distance;
             progress.distance_since_contact = 0.0;
         } else {
-            progress.distance_since_contact += way;
+            progress.distance_since_contact += distance;
         }
         progress.fastest = travel * cell / dt;
         progress.volume_ratio = volume_ratio;
         progress.travel += travel;
-        self.contact.note_motion(std::f64::consts::SQRT_2 * travel + way / cell);
+        self.contact.note_motion(std::f64::consts::SQRT_2 * travel + distance / cell);
         progress.travel_unseen += travel;
         progress.travel_uncontrolled += travel;
         Ok(())
@@ -367,10 +367,10 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
 impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Solver
     for Simulation<R, D, F, M>
 {
-    fn step(&mut self, drive: &ToolMotion, parallel: bool) -> Result<(), Error> {
-        self.tool.velocity = drive.velocity;
-        self.tool.friction = drive.friction;
-        let dt = self.update_grid(self.time_step(drive), parallel)?;
+    fn step(&mut self, motion: &ToolMotion, parallel: bool) -> Result<(), Error> {
+        self.tool.velocity = motion.velocity;
+        self.tool.friction = motion.friction;
+        let dt = self.update_grid(self.time_step(motion), parallel)?;
         let bound = self.outlier_bound();
         self.for_each_chunk(dt, parallel, |chunk, nodes, outgoing, common| {
             chunk.update_particles(nodes, outgoing, common, bound)
@@ -392,8 +392,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
     }
 
     /// Courant number times cell over wave speed plus speed of points and tool.
-    fn time_step(&self, drive: &ToolMotion) -> f64 {
-        let [x, y] = drive.velocity;
+    fn time_step(&self, motion: &ToolMotion) -> f64 {
+        let [x, y] = motion.velocity;
         let fastest = self.progress.fastest.max(x.hypot(y));
         let speed = self.model.signal_speed(self.progress.volume_ratio, fastest) + fastest;
         self.options.courant * self.partition.layout.cell / speed

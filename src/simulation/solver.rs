@@ -127,10 +127,10 @@ pub trait Solver: Send {
     ///
     /// # Errors
     /// `Error::Unstable` when one of the `partition::step_bounds` sees that the run has gone wrong.
-    fn step(&mut self, drive: &ToolMotion, parallel: bool) -> Result<(), Error>;
+    fn step(&mut self, motion: &ToolMotion, parallel: bool) -> Result<(), Error>;
 
     /// Length of the substep that `step` would take with this drive (s).
-    fn time_step(&self, drive: &ToolMotion) -> f64;
+    fn time_step(&self, motion: &ToolMotion) -> f64;
 
     /// Shows every point to `visit`.
     fn visit_points(&self, visit: &mut dyn FnMut(&PointView));

@@ -24,7 +24,7 @@ pub type Steel = SteelIn<f64>;
 pub const ROOM: f64 = 298.15;
 
 /// A tool at rest without friction.
-pub const NO_DRIVE: ToolMotion = ToolMotion { velocity: [0.0; 2], friction: 0.0 };
+pub const NO_MOTION: ToolMotion = ToolMotion { velocity: [0.0; 2], friction: 0.0 };
 
 /// Constants of AISI 4340, the scene's default.
 pub fn steel_4340() -> Constants {

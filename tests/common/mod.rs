@@ -32,7 +32,7 @@ pub type SteelState<D> = StateIn<f64, D>;
 pub type SteelBlock<D, F> = BlockIn<f64, D, F>;
 
 /// A tool at rest.
-pub const NO_DRIVE: ToolMotion = ToolMotion { velocity: [0.0; 2], friction: 0.0 };
+pub const NO_MOTION: ToolMotion = ToolMotion { velocity: [0.0; 2], friction: 0.0 };
 
 /// Numbers that look random and are the same in every run (Steele, Lea and Flood's SplitMix64).
 pub struct Random(pub u64);

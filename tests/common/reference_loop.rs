@@ -183,9 +183,9 @@ impl ReferenceLoop {
     }
 
     /// One substep.
-    pub fn step(&mut self, drive: &ToolMotion) {
-        self.tool.velocity = drive.velocity;
-        self.tool.friction = drive.friction;
+    pub fn step(&mut self, motion: &ToolMotion) {
+        self.tool.velocity = motion.velocity;
+        self.tool.friction = motion.friction;
         let dt = self.time_step();
         self.points_to_grid();
         self.solve_momentum(dt);

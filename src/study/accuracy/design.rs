@@ -20,7 +20,7 @@ pub struct Method {
     pub settings: Settings,
     /// Distances between points (m), from coarse to fine.
     pub spacings: Vec<f64>,
-    /// Which of the two panels shows it: schemes, or levers of speed.
+    /// Which of the two panels shows it: schemes, or speed-ups.
     pub is_lever: bool,
     /// The effect of heat whose convergence it shows: such a line is run from several starts, and its errors
     /// are against its own finest run. Errors of the others are against that of the first line.

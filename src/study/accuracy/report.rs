@@ -296,7 +296,7 @@ impl<'a> Report<'a> {
         draw_charts(&folder.join("pareto_exact.png"), title, "log10 of CPU time (s)", &charts, &provenance)
     }
 
-    /// One panel: schemes, or levers of speed; the default line stands in both.
+    /// One panel: schemes, or speed-ups; the default line stands in both.
     fn chart(&self, is_lever: bool) -> Chart {
         let shown = |(index, method): &(usize, &Method)| *index == 0 || method.is_lever == is_lever;
         let lines = self.design.methods.iter().enumerate().filter(shown).filter_map(|(_, method)| {

@@ -13,7 +13,7 @@ use crate::grid::shape_function::Gimp;
 use crate::scene::Inputs;
 use crate::simulation::Solver;
 use crate::study::body_setup::{
-    BodySetup, NO_DRIVE, elastic, kinetic, lattice, points, steel, steel_4340, total, upright_block,
+    BodySetup, NO_MOTION, elastic, kinetic, lattice, points, steel, steel_4340, total, upright_block,
 };
 use crate::tool::RigidTool;
 
@@ -74,7 +74,7 @@ fn out_over_the_end(setting: &Setting, sheet: &mut Sheet) {
 fn inside_at_the_start(sheet: &mut Sheet, depth: f64) {
     const CELL: f64 = 2e-5;
     let size = [16.0 * CELL, 12.0 * CELL];
-    let arena =
+    let setup =
         BodySetup::around([-10.0 * CELL, -10.0 * CELL], [size[0] + 10.0 * CELL, size[1] + 10.0 * CELL], CELL);
     let tool = RigidTool {
         shape: upright_block(10.0 * CELL, 40.0 * CELL),
@@ -85,12 +85,12 @@ fn inside_at_the_start(sheet: &mut Sheet, depth: f64) {
     let shape = tool.shape.clone();
     let seeds = lattice([0.0; 3], [32, 24, 1], CELL / 2.0, 2);
     let model = steel(&steel_4340());
-    let mut block = arena.simulation::<PlaneStrain, _, _>((Gimp::new(2), model), tool, &seeds, |_, _, _| {});
+    let mut block = setup.simulation::<PlaneStrain, _, _>((Gimp::new(2), model), tool, &seeds, |_, _, _| {});
     let name = format!("starts {depth} cells inside");
     let (mut open, mut through, mut fastest, mut error) = (0.0_f64, 0.0_f64, 0.0_f64, String::new());
     let corner = block.tool().position;
     for _ in 0..1500 {
-        if let Err(e) = block.step(&NO_DRIVE, false) {
+        if let Err(e) = block.step(&NO_MOTION, false) {
             error = e.to_string();
             break;
         }

@@ -12,7 +12,7 @@ use crate::grid::shape_function::Gimp;
 use crate::scene::Constants;
 use crate::setup::courant_limit;
 use crate::simulation::Solver;
-use crate::study::body_setup::{BodySetup, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, steel};
+use crate::study::body_setup::{BodySetup, NO_MOTION, Seed, distant_tool, elastic, kinetic, lattice, steel};
 use crate::study::verification::bar::constants;
 use std::f64::consts::PI;
 
@@ -82,8 +82,8 @@ fn beyond(sheet: &mut Sheet) {
 
 /// Largest energy over that at the start in `STEPS` substeps, retries, and the error that ended the run.
 fn vibrate(size: [usize; 2], courant: f64) -> (f64, i32, String) {
-    let mut arena = BodySetup::around([0.0; 2], size.map(|cells| (cells + 1) as f64 * CELL), CELL);
-    arena.courant = courant;
+    let mut setup = BodySetup::around([0.0; 2], size.map(|cells| (cells + 1) as f64 * CELL), CELL);
+    setup.courant = courant;
     let mut seeds = lattice([0.0; 3], [2 * size[0], 2 * size[1], 1], CELL / 2.0, 2);
     let length = size[0] as f64 * CELL;
     for seed in &mut seeds {
@@ -91,7 +91,7 @@ fn vibrate(size: [usize; 2], courant: f64) -> (f64, i32, String) {
     }
     let model = steel(&Constants { poissons_ratio: 0.3, ..constants() });
     let mut solver =
-        arena.simulation::<PlaneStrain, _, _>((Gimp::new(2), model), distant_tool(), &seeds, |_, _, _| {});
+        setup.simulation::<PlaneStrain, _, _>((Gimp::new(2), model), distant_tool(), &seeds, |_, _, _| {});
     let energy = |solver: &dyn Solver| {
         let mut sum = 0.0;
         solver.visit_points(&mut |point| sum += kinetic(point, [0.0; 3]) + elastic(point));
@@ -100,7 +100,7 @@ fn vibrate(size: [usize; 2], courant: f64) -> (f64, i32, String) {
     let start = energy(&solver);
     let (mut most, mut error) = (1.0_f64, String::new());
     for step in 1..=STEPS {
-        if let Err(e) = solver.step(&NO_DRIVE, false) {
+        if let Err(e) = solver.step(&NO_MOTION, false) {
             error = e.to_string();
             break;
         }
@@ -118,7 +118,7 @@ fn lone(sheet: &mut Sheet, steps: u32) {
     let sound = (constants().youngs_modulus / constants().density).sqrt();
     let cells = FLIGHT.map(|v| 0.5 * f64::from(steps) * v / sound);
     let high = [(cells[0] + 60.0) * CELL, (cells[1] + 60.0) * CELL];
-    let arena = BodySetup::around([0.0; 2], high, CELL);
+    let setup = BodySetup::around([0.0; 2], high, CELL);
     let mut seeds = Vec::new();
     for k in 0..16 {
         let (column, row) = (f64::from(k % 4), f64::from(k / 4));
@@ -129,7 +129,7 @@ fn lone(sheet: &mut Sheet, steps: u32) {
         seeds.push(Seed { position, velocity, volume: 0.25 * CELL * CELL });
     }
     let bound = FLIGHT[0].hypot(FLIGHT[1]);
-    measure(sheet, "lone points in flight", &arena, &seeds, 2, (steps, [0.0; 2], bound));
+    measure(sheet, "lone points in flight", &setup, &seeds, 2, (steps, [0.0; 2], bound));
 }
 
 /// A bar of 12 by 3 cells, its corner shifted by part of a cell, flying at some velocity (m/s).
@@ -138,7 +138,7 @@ fn bar(sheet: &mut Sheet, name: &str, steps: u32, per_edge: i32, shift: f64, fli
     let sound = (constants().youngs_modulus / constants().density).sqrt();
     let cells = flight.map(|v| 0.5 * f64::from(steps) * v / sound);
     let high = [0, 1].map(|axis| (SIZE[axis] as f64 + cells[axis] + 2.0) * CELL);
-    let arena = BodySetup::around([0.0; 2], high, CELL);
+    let setup = BodySetup::around([0.0; 2], high, CELL);
     let spacing = CELL / f64::from(per_edge);
     let count = SIZE.map(|cells| cells * per_edge as usize);
     let mut seeds = lattice([0.0; 3], [count[0], count[1], 1], spacing, 2);
@@ -149,7 +149,7 @@ fn bar(sheet: &mut Sheet, name: &str, steps: u32, per_edge: i32, shift: f64, fli
         seed.position[0] += shift * CELL;
         seed.position[1] += shift * CELL;
     }
-    measure(sheet, name, &arena, &seeds, per_edge, (steps, flight, SPEED));
+    measure(sheet, name, &setup, &seeds, per_edge, (steps, flight, SPEED));
 }
 
 /// Runs `steps` substeps and sets the fastest point, in a frame that moves at `flight`, against the bound
@@ -157,16 +157,16 @@ fn bar(sheet: &mut Sheet, name: &str, steps: u32, per_edge: i32, shift: f64, fli
 fn measure(
     sheet: &mut Sheet,
     name: &str,
-    arena: &BodySetup,
+    setup: &BodySetup,
     seeds: &[Seed],
     per_edge: i32,
     (steps, flight, bound): (u32, [f64; 2], f64),
 ) {
     let parts = (Gimp::new(per_edge), steel(&constants()));
-    let mut solver = arena.simulation::<PlaneStrain, _, _>(parts, distant_tool(), seeds, |_, _, _| {});
+    let mut solver = setup.simulation::<PlaneStrain, _, _>(parts, distant_tool(), seeds, |_, _, _| {});
     let (mut fastest, mut error) = (0.0_f64, String::new());
     for step in 1..=steps {
-        if let Err(e) = solver.step(&NO_DRIVE, false) {
+        if let Err(e) = solver.step(&NO_MOTION, false) {
             error = e.to_string();
             break;
         }

@@ -11,7 +11,7 @@ use crate::grid::FixedNodes;
 use crate::grid::shape_function::Gimp;
 use crate::simulation::{PointView, Solver};
 use crate::study::body_setup::{
-    BodySetup, NO_DRIVE, distant_tool, elastic, kinetic, lattice, points, steel, total,
+    BodySetup, NO_MOTION, distant_tool, elastic, kinetic, lattice, points, steel, total,
 };
 use crate::study::verification::bar::{LENGTH, SPEED, constants, exact_period};
 use std::f64::consts::FRAC_PI_2;
@@ -54,21 +54,21 @@ pub fn fill(setting: &Setting, sheet: &mut Sheet) {
     let (cells, steps) = setting.pick((64, 100_000), (128, 1_000_000));
     let cell = LENGTH / f64::from(cells);
     let rows = ROWS as f64 / 2.0;
-    let mut arena = BodySetup::around([0.0; 2], [LENGTH, rows * cell], cell);
-    let wall = arena.node(0, 0.0);
-    arena.fixed.push(FixedNodes { low: [0; 3], high: [wall, arena.nodes[1], 0], axes: [true; 3] });
+    let mut setup = BodySetup::around([0.0; 2], [LENGTH, rows * cell], cell);
+    let wall = setup.node(0, 0.0);
+    setup.fixed.push(FixedNodes { low: [0; 3], high: [wall, setup.nodes[1], 0], axes: [true; 3] });
     let mut seeds = lattice([0.0; 3], [2 * cells as usize, ROWS, 1], cell / 2.0, 2);
     for seed in &mut seeds {
         seed.velocity[0] = SPEED * (FRAC_PI_2 * seed.position[0] / LENGTH).sin();
     }
     let parts = (Gimp::new(2), steel(&constants()));
-    let mut bar = arena.simulation::<PlaneStrain, _, _>(parts, distant_tool(), &seeds, |_, _, _| {});
+    let mut bar = setup.simulation::<PlaneStrain, _, _>(parts, distant_tool(), &seeds, |_, _, _| {});
     let period = exact_period();
     let (mut first, mut last, mut error) = (Sums::default(), Sums::default(), String::new());
     // Half a cell of sound at a time.
     let per_period = (8.0 * f64::from(cells)) as u32;
     for step in 1..=steps {
-        if let Err(e) = bar.step(&NO_DRIVE, false) {
+        if let Err(e) = bar.step(&NO_MOTION, false) {
             error = e.to_string();
             break;
         }

@@ -10,7 +10,7 @@ use super::{Form, Setting, Sheet};
 use crate::dimension::PlaneStrain;
 use crate::grid::shape_function::Gimp;
 use crate::simulation::Solver;
-use crate::study::body_setup::{BodySetup, NO_DRIVE, distant_tool, lattice, points, steel};
+use crate::study::body_setup::{BodySetup, NO_MOTION, distant_tool, lattice, points, steel};
 use crate::study::verification::bar::constants;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -59,8 +59,8 @@ fn slide(sheet: &mut Sheet, name: &str, cells: usize, flight: [f64; 2], scheme: 
     let speed = flight[0].hypot(flight[1]);
     let end = WAY * cell / speed;
     let way = flight.map(|v| v * end);
-    let mut arena = BodySetup::around([0.0; 2], [length + way[0], 2.0 * cell + way[1]], cell);
-    (arena.courant, arena.smoothed_increments) = (scheme.courant, scheme.smoothed);
+    let mut setup = BodySetup::around([0.0; 2], [length + way[0], 2.0 * cell + way[1]], cell);
+    (setup.courant, setup.smoothed_increments) = (scheme.courant, scheme.smoothed);
     let mut seeds = lattice([0.0; 3], [2 * cells, 4, 1], cell / 2.0, 2);
     let places: Vec<f64> = seeds.iter().map(|seed| seed.position[0]).collect();
     let strain = |x: f64| STRAIN * (PI * x / length).sin();
@@ -70,7 +70,7 @@ fn slide(sheet: &mut Sheet, name: &str, cells: usize, flight: [f64; 2], scheme: 
     }
     let model = steel(&c);
     let shear = 0.5 * modulus;
-    let mut bar = arena.simulation::<PlaneStrain, _, _>(
+    let mut bar = setup.simulation::<PlaneStrain, _, _>(
         (Gimp::new(2), model),
         distant_tool(),
         &seeds,
@@ -93,7 +93,7 @@ fn slide(sheet: &mut Sheet, name: &str, cells: usize, flight: [f64; 2], scheme: 
     let (mut squares, mut count, mut worst, mut error) = (0.0, 0.0, 0.0_f64, String::new());
     let mut step = 0_u32;
     while bar.progress().clock < end {
-        if let Err(e) = bar.step(&NO_DRIVE, false) {
+        if let Err(e) = bar.step(&NO_MOTION, false) {
             error = e.to_string();
             break;
         }

@@ -17,7 +17,7 @@ use crate::grid::shape_function::Gimp;
 use crate::scene::Constants;
 use crate::simulation::Solver;
 use crate::study::body_setup::{
-    BodySetup, NO_DRIVE, distant_tool, lattice, never_yielding, perfectly_plastic, points, steel, steel_4340,
+    BodySetup, NO_MOTION, distant_tool, lattice, never_yielding, perfectly_plastic, points, steel, steel_4340,
 };
 
 /// The stretch up to which points are known to carry the body's stress (-); book/src/evidence/hard-cases.md.
@@ -50,9 +50,9 @@ fn stretch(sheet: &mut Sheet, name: &str, c: &Constants, cells: usize) {
     let end_speed = 2.5 * sound;
     let rate = 2.0 * end_speed / length;
     let half = 0.5 * length * (END - 1.0);
-    let mut arena = BodySetup::around([-half, 0.0], [length + half, 2.0 * CELL], CELL);
+    let mut setup = BodySetup::around([-half, 0.0], [length + half, 2.0 * CELL], CELL);
     let everything = i32::MAX / 2;
-    arena.fixed.push(FixedNodes {
+    setup.fixed.push(FixedNodes {
         low: [-everything, -everything, 0],
         high: [everything, everything, 0],
         axes: [false, true, false],
@@ -62,12 +62,12 @@ fn stretch(sheet: &mut Sheet, name: &str, c: &Constants, cells: usize) {
         seed.velocity[0] = rate * (seed.position[0] - 0.5 * length);
     }
     let mut bar =
-        arena.simulation::<PlaneStrain, _, _>((Gimp::new(2), model), distant_tool(), &seeds, |_, _, _| {});
+        setup.simulation::<PlaneStrain, _, _>((Gimp::new(2), model), distant_tool(), &seeds, |_, _, _| {});
     let middle = 2 * cells * 3 / 8..2 * cells * 5 / 8;
     let (mut error, mut closed, mut exact_to) = (String::new(), f64::NAN, f64::NAN);
     let (mut stress_at_known, mut gap_at_known) = (0.0_f64, 0.0_f64);
     loop {
-        if let Err(e) = bar.step(&NO_DRIVE, false) {
+        if let Err(e) = bar.step(&NO_MOTION, false) {
             error = e.to_string();
             break;
         }

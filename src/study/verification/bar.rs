@@ -12,7 +12,7 @@ use crate::grid::shape_function::{Gimp, ShapeFunction};
 use crate::scene::Constants;
 use crate::simulation::{PointView, Solver};
 use crate::study::body_setup::{
-    BodySetup, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, never_yielding, points, steel,
+    BodySetup, NO_MOTION, Seed, distant_tool, elastic, kinetic, lattice, never_yielding, points, steel,
     steel_4340, total,
 };
 use std::f64::consts::FRAC_PI_2;
@@ -70,11 +70,11 @@ pub fn run<F: ShapeFunction<f64>>(bar: Bar, cells: i32, shape: F) -> Outcome {
     let way = flight.map(|v| v * (PERIODS as f64 + 0.7) * exact);
     let bars = if bar == Bar::Held { 1 } else { 2 };
     let left = -LENGTH * f64::from(bars - 1);
-    let mut arena = BodySetup::around([left, 0.0], [LENGTH + way[0], 3.0 * cell + way[1]], cell);
+    let mut setup = BodySetup::around([left, 0.0], [LENGTH + way[0], 3.0 * cell + way[1]], cell);
     let mode = |x: f64| (FRAC_PI_2 * x / LENGTH).sin();
     if bar == Bar::Held {
-        let wall = arena.node(0, 0.0);
-        arena.fixed.push(FixedNodes { low: [0; 3], high: [wall, arena.nodes[1], 0], axes: [true; 3] });
+        let wall = setup.node(0, 0.0);
+        setup.fixed.push(FixedNodes { low: [0; 3], high: [wall, setup.nodes[1], 0], axes: [true; 3] });
     }
     let places = lattice([left, 0.0, 0.0], [(2 * bars * cells) as usize, 6, 1], cell / 2.0, 2);
     let weights: Vec<f64> = places.iter().map(|seed| mode(seed.position[0])).collect();
@@ -84,7 +84,7 @@ pub fn run<F: ShapeFunction<f64>>(bar: Bar, cells: i32, shape: F) -> Outcome {
         .zip(&weights)
         .map(|(seed, w)| Seed { velocity: [flight[0] + SPEED * w, flight[1], 0.0], ..*seed })
         .collect();
-    let mut solver = arena.simulation::<PlaneStrain, F, _>(
+    let mut solver = setup.simulation::<PlaneStrain, F, _>(
         (shape, steel(&constants())),
         distant_tool(),
         &seeds,
@@ -100,7 +100,7 @@ pub fn run<F: ShapeFunction<f64>>(bar: Bar, cells: i32, shape: F) -> Outcome {
         Outcome { period_error: 0.0, energy_drift: 0.0, crossed: 0.0, amplitude: vec![], energy: vec![] };
     let (mut crossings, mut clock) = (Vec::new(), 0.0);
     while crossings.len() < 2 * PERIODS + 1 {
-        solver.step(&NO_DRIVE, false).expect("a stable step");
+        solver.step(&NO_MOTION, false).expect("a stable step");
         let time = solver.progress().clock;
         let (now, energy) = measure(&points(&solver));
         if before * now < 0.0 {

@@ -13,7 +13,7 @@ use crate::grid::shape_function::Gimp;
 use crate::material::ConstitutiveModel;
 use crate::simulation::{PointView, Solver};
 use crate::study::body_setup::{
-    BodySetup, NO_DRIVE, Seed, distant_tool, elastic, kinetic, lattice, points, total,
+    BodySetup, NO_MOTION, Seed, distant_tool, elastic, kinetic, lattice, points, total,
 };
 use crate::transfer::apic::Affine;
 
@@ -75,8 +75,8 @@ fn material() -> NeoHookean {
 fn collide<M: ConstitutiveModel<f64, PlaneStrain>>(settings: Settings, model: M) -> Outcome {
     let Settings { per_edge, cells, courant, from, end } = settings;
     let cell = 1.0 / f64::from(cells);
-    let mut arena = BodySetup::around([-0.1; 2], [1.1; 2], cell);
-    arena.courant = courant;
+    let mut setup = BodySetup::around([-0.1; 2], [1.1; 2], cell);
+    setup.courant = courant;
     let mut seeds: Vec<Seed> = Vec::new();
     for (centre, direction) in [(0.2 + SPEED * from, 1.0), (0.8 - SPEED * from, -1.0)] {
         // A lattice of its own, with nodes of the grid or not: the centres lie where they lie.
@@ -89,7 +89,7 @@ fn collide<M: ConstitutiveModel<f64, PlaneStrain>>(settings: Settings, model: M)
         seeds.extend(disk);
     }
     let half = seeds.len() / 2;
-    let mut disks = arena.simulation::<PlaneStrain, _, _>(
+    let mut disks = setup.simulation::<PlaneStrain, _, _>(
         (Gimp::new(per_edge), model),
         distant_tool(),
         &seeds,
@@ -101,7 +101,7 @@ fn collide<M: ConstitutiveModel<f64, PlaneStrain>>(settings: Settings, model: M)
     let mut outcome =
         Outcome { momentum_drift: 0.0, energy_loss: 0.0, restitution: 0.0, history: Default::default() };
     while from + disks.progress().clock < end {
-        disks.step(&NO_DRIVE, false).expect("a stable step");
+        disks.step(&NO_MOTION, false).expect("a stable step");
         let (time, now) = (from + disks.progress().clock, points(&disks));
         for axis in 0..2 {
             let momentum = total(&now, |p| p.mass * p.velocity[axis]);

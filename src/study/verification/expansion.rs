@@ -22,7 +22,7 @@ use crate::material::rate::RateIndependent;
 use crate::points::BLOCK;
 use crate::simulation::Solver;
 use crate::study::body_setup::{
-    BodySetup, NO_DRIVE, ROOM, distant_tool, lattice, never_yielding, steel_4340,
+    BodySetup, NO_MOTION, ROOM, distant_tool, lattice, never_yielding, steel_4340,
 };
 
 /// Rise of temperature (K).
@@ -80,20 +80,20 @@ pub fn confined(rise: f64) -> f64 {
 pub fn run<D: Dimension>(is_confined: bool, rise: f64) -> Outcome {
     let cell = 1e-5;
     let edge = f64::from(EDGE) * cell;
-    let mut arena = BodySetup::around([0.0; 2], [edge; 2], cell);
-    arena.courant = 0.4;
+    let mut setup = BodySetup::around([0.0; 2], [edge; 2], cell);
+    setup.courant = 0.4;
     if D::AXES == 3 {
-        arena.nodes[2] = arena.nodes[1];
-        arena.origin[2] = arena.origin[1];
+        setup.nodes[2] = setup.nodes[1];
+        setup.origin[2] = setup.origin[1];
     }
     if is_confined {
         let everything = i32::MAX / 2;
         for axis in 0..D::AXES {
-            let (low, high) = (arena.node(axis, 0.0), arena.node(axis, edge));
+            let (low, high) = (setup.node(axis, 0.0), setup.node(axis, edge));
             for (from, to) in [(-everything, low), (high, everything)] {
                 let mut wall = FixedNodes { low: [-everything; 3], high: [everything; 3], axes: [true; 3] };
                 (wall.low[axis], wall.high[axis]) = (from, to);
-                arena.fixed.push(wall);
+                setup.fixed.push(wall);
             }
         }
     }
@@ -104,7 +104,7 @@ pub fn run<D: Dimension>(is_confined: bool, rise: f64) -> Outcome {
     let points = 2 * EDGE as usize;
     let count = [points, points, if D::AXES == 3 { points } else { 1 }];
     let seeds = lattice([0.0; 3], count, cell / 2.0, D::AXES);
-    let mut solver = arena.simulation::<D, _, _>((Gimp::new(2), model), distant_tool(), &seeds, |_, _, _| {});
+    let mut solver = setup.simulation::<D, _, _>((Gimp::new(2), model), distant_tool(), &seeds, |_, _, _| {});
     // The heat given here is in no ledger: the watch on the energy leaves bodies with a body force, if only
     // of zero, alone.
     solver.body_force = Some(std::sync::Arc::new(|_: [f64; 3], _: f64| [0.0; 3]));
@@ -119,7 +119,7 @@ pub fn run<D: Dimension>(is_confined: bool, rise: f64) -> Outcome {
                 }
             }
         }
-        solver.step(&NO_DRIVE, false).expect("a stable step");
+        solver.step(&NO_MOTION, false).expect("a stable step");
         if step > HEATING {
             let share = 1.0 / (seeds.len() as f64 * f64::from(WATCHING));
             solver.visit_points(&mut |point| {

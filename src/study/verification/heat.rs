@@ -152,10 +152,10 @@ impl Outcome {
 /// Never for the cases above: nothing moves.
 pub fn run<D: Dimension>(case: Case, cells: i32, t: f64) -> Outcome {
     let cell = case.length(t) / f64::from(cells);
-    let mut arena = BodySetup::around([0.0; 2], [case.length(t), f64::from(ROWS) * cell], cell);
+    let mut setup = BodySetup::around([0.0; 2], [case.length(t), f64::from(ROWS) * cell], cell);
     if D::AXES == 3 {
-        arena.nodes[2] = arena.nodes[1];
-        arena.origin[2] = arena.origin[1];
+        setup.nodes[2] = setup.nodes[1];
+        setup.origin[2] = setup.origin[1];
     }
     let depth = if D::AXES == 3 { 2 * ROWS as usize } else { 1 };
     let places: Vec<Seed> =
@@ -166,7 +166,7 @@ pub fn run<D: Dimension>(case: Case, cells: i32, t: f64) -> Outcome {
         Case::Slab => AMPLITUDE,
         _ => 0.0,
     };
-    let mut solver = arena.simulation::<D, _, Steel>(
+    let mut solver = setup.simulation::<D, _, Steel>(
         (Gimp::new(2), model),
         distant_tool(),
         &places,
@@ -189,7 +189,7 @@ pub fn run<D: Dimension>(case: Case, cells: i32, t: f64) -> Outcome {
         };
         pass.fixed.push(FixedTemperature { nodes, temperature: ROOM + rise });
     };
-    let left = arena.node(0, 0.0);
+    let left = setup.node(0, 0.0);
     match case {
         Case::Jump => hold(0, left, AMPLITUDE),
         Case::Slab => hold(0, left, 0.0),

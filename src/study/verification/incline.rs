@@ -112,7 +112,7 @@ impl Incline {
     }
 
     /// A domain around everything the body may reach on `way` (m) down the plane.
-    fn arena(&self, way: f64) -> BodySetup {
+    fn setup(&self, way: f64) -> BodySetup {
         let (down, up) = self.directions();
         let corners = [[-1.2, -0.3], [-1.2, 1.5], [way + 1.2, -0.3], [way + 1.2, 1.5]];
         let axis = |axis: usize| corners.map(|[along, off]| along * down[axis] + off * up[axis]);
@@ -132,8 +132,8 @@ impl Incline {
         let rest = END - RAMP;
         let exact = self.exact_acceleration() * (0.15 * RAMP * RAMP + 0.5 * RAMP * rest + 0.5 * rest * rest);
         let (down, up) = self.directions();
-        let arena = self.arena(exact);
-        let mut solver = arena.simulation::<PlaneStrain, _, _>(
+        let setup = self.setup(exact);
+        let mut solver = setup.simulation::<PlaneStrain, _, _>(
             (Gimp::new(2), steel(&rubber())),
             self.plane(exact + 2.0, 2.0),
             &self.seeds(0.0),
@@ -151,12 +151,12 @@ impl Incline {
             total(now, |p| p.mass * part(p)) / total(now, |p| p.mass)
         };
         let start = points(&solver);
-        let drive = ToolMotion { velocity: [0.0; 2], friction: self.friction };
+        let motion = ToolMotion { velocity: [0.0; 2], friction: self.friction };
         let mut outcome = Outcome { exact, ..Outcome::default() };
         let mut next = 0.0;
         solver.contact = self.contact.law();
         while solver.progress().clock < END {
-            solver.step(&drive, false).expect("a stable step");
+            solver.step(&motion, false).expect("a stable step");
             let time = solver.progress().clock;
             if time >= next {
                 next += END / 100.0;
@@ -184,20 +184,20 @@ impl Incline {
         let (_, up) = self.directions();
         let mut seeds = self.seeds(2.5 * self.cell);
         seeds.iter_mut().for_each(|seed| seed.velocity = [-SPEED * up[0], -SPEED * up[1], 0.0]);
-        let mut solver = self.arena(0.0).simulation::<PlaneStrain, _, _>(
+        let mut solver = self.setup(0.0).simulation::<PlaneStrain, _, _>(
             (Gimp::new(2), steel(&rubber())),
             self.plane(2.0, 2.0),
             &seeds,
             |_, _, _| {},
         );
-        let drive = ToolMotion { velocity: [0.0; 2], friction: self.friction };
+        let motion = ToolMotion { velocity: [0.0; 2], friction: self.friction };
         solver.contact = self.contact.law();
         for _ in 0..1_000_000 {
             let gap = points(&solver)
                 .iter()
                 .map(|p| p.position[0] * up[0] + p.position[1] * up[1])
                 .fold(f64::MAX, f64::min);
-            solver.step(&drive, false).expect("a stable step");
+            solver.step(&motion, false).expect("a stable step");
             let [x, y] = solver.progress().ledger.tool_impulse;
             if x.hypot(y) > 0.0 {
                 return gap / self.cell - 0.25;

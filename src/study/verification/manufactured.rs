@@ -25,7 +25,7 @@ use crate::dimension::PlaneStrain;
 use crate::grid::FixedNodes;
 use crate::grid::shape_function::{Gimp, ShapeFunction};
 use crate::simulation::Solver;
-use crate::study::body_setup::{BodySetup, NO_DRIVE, Seed, distant_tool, lattice, points};
+use crate::study::body_setup::{BodySetup, NO_MOTION, Seed, distant_tool, lattice, points};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -194,7 +194,7 @@ fn follow(
     let mut changed = vec![false; start.len()];
     let mut next = 0.0;
     while solver.progress().clock < end {
-        if solver.step(&NO_DRIVE, false).is_err() {
+        if solver.step(&NO_MOTION, false).is_err() {
             outcome.stopped = Some(solver.progress().clock);
             break;
         }
@@ -229,25 +229,25 @@ pub fn axis_aligned<D: Dimension, F: ShapeFunction<f64>>(
 ) -> Outcome {
     let solution = AxisAligned::new(amplitude, D::AXES);
     let cell = 1.0 / f64::from(cells);
-    let mut arena = BodySetup::around([0.0; 2], [1.0; 2], cell);
-    arena.courant = 0.2;
+    let mut setup = BodySetup::around([0.0; 2], [1.0; 2], cell);
+    setup.courant = 0.2;
     if D::AXES == 3 {
-        arena.nodes[2] = arena.nodes[0];
-        arena.origin[2] = arena.origin[0];
+        setup.nodes[2] = setup.nodes[0];
+        setup.origin[2] = setup.origin[0];
     }
     let everything = i32::MAX / 2;
     for axis in 0..D::AXES {
-        for (low, high) in [(-everything, arena.node(axis, 0.0)), (arena.node(axis, 1.0), everything)] {
+        for (low, high) in [(-everything, setup.node(axis, 0.0)), (setup.node(axis, 1.0), everything)] {
             let mut face = FixedNodes { low: [-everything; 3], high: [everything; 3], axes: [false; 3] };
             (face.low[axis], face.high[axis], face.axes[axis]) = (low, high, true);
-            arena.fixed.push(face);
+            setup.fixed.push(face);
         }
     }
     let count = std::array::from_fn(|axis| if axis < D::AXES { 2 * cells as usize } else { 1 });
     let places = lattice([0.0; 3], count, cell / 2.0, D::AXES);
     let fastest = amplitude * PI * solution.speed;
     let speed = crate::material::ConstitutiveModel::<f64, D>::sound_speed(&solution.model, 1.0) + fastest;
-    let half_step = 0.5 * arena.courant * cell / speed;
+    let half_step = 0.5 * setup.courant * cell / speed;
     let seeds: Vec<Seed> = places
         .iter()
         .map(|seed| {
@@ -260,7 +260,7 @@ pub fn axis_aligned<D: Dimension, F: ShapeFunction<f64>>(
         })
         .collect();
     let mut body =
-        arena.simulation::<D, F, _>((shape, solution.model), distant_tool(), &seeds, |state, lane, k| {
+        setup.simulation::<D, F, _>((shape, solution.model), distant_tool(), &seeds, |state, lane, k| {
             let f = solution.stretches(places[k].position, 0.0);
             state.set(lane, [[f[0], 0.0, 0.0], [0.0, f[1], 0.0], [0.0, 0.0, f[2]]]);
         });
@@ -279,38 +279,38 @@ pub fn vortex<F: ShapeFunction<f64>>(shape: F, cells: i32, amplitude: f64, end: 
     let solution = Vortex::new(amplitude);
     let cell = 1.0 / f64::from(cells);
     let half = (1.25 / cell).ceil() * cell;
-    let mut arena = BodySetup::around([-half; 2], [half; 2], cell);
-    arena.courant = 0.4;
+    let mut setup = BodySetup::around([-half; 2], [half; 2], cell);
+    setup.courant = 0.4;
     let count = (4.0 * half / cell).round() as usize;
     let mut places = lattice([-half, -half, 0.0], [count, count, 1], cell / 2.0, 2);
     places.retain(|seed| (0.75..1.25).contains(&seed.position[0].hypot(seed.position[1])));
-    arena.fixed = outside_ring(&arena);
+    setup.fixed = outside_ring(&setup);
     let speed = crate::material::ConstitutiveModel::<f64, PlaneStrain>::sound_speed(&solution.model, 1.0);
-    let half_step = 0.5 * arena.courant * cell / (speed + 1.0 * PI * amplitude);
+    let half_step = 0.5 * setup.courant * cell / (speed + 1.0 * PI * amplitude);
     let seeds: Vec<Seed> = places
         .iter()
         .map(|seed| Seed { velocity: solution.motion(seed.position, -half_step).1, ..*seed })
         .collect();
     let mut body =
-        arena.simulation::<PlaneStrain, F, _>((shape, solution.model), distant_tool(), &seeds, |_, _, _| {});
+        setup.simulation::<PlaneStrain, F, _>((shape, solution.model), distant_tool(), &seeds, |_, _, _| {});
     body.body_force = Some(Arc::new(move |position, time| solution.body_force(position, time)));
     let exact = |k: usize, time: f64| solution.motion(places[k].position, time).0;
     relative(follow(&mut body, end, 40, cell, exact), amplitude)
 }
 
 /// Nodes that do not lie in the ring, column by column: the rims are at rest.
-fn outside_ring(arena: &BodySetup) -> Vec<FixedNodes> {
+fn outside_ring(setup: &BodySetup) -> Vec<FixedNodes> {
     let mut fixed: Vec<FixedNodes> = Vec::new();
-    for column in 0..arena.nodes[0] {
-        let x = arena.origin[0] + arena.cell * f64::from(column);
+    for column in 0..setup.nodes[0] {
+        let x = setup.origin[0] + setup.cell * f64::from(column);
         let is_inside = |row: i32| {
-            let radius = x.hypot(arena.origin[1] + arena.cell * f64::from(row));
+            let radius = x.hypot(setup.origin[1] + setup.cell * f64::from(row));
             (radius - 1.0).abs() < 0.25 - 1e-9
         };
         let mut row = 0;
-        while row < arena.nodes[1] {
+        while row < setup.nodes[1] {
             let first = row;
-            while row < arena.nodes[1] && !is_inside(row) {
+            while row < setup.nodes[1] && !is_inside(row) {
                 row += 1;
             }
             if row > first {

@@ -147,12 +147,12 @@ pub fn run_with<M: ConstitutiveModel<f64, PlaneStrain>>(
     let exact = exact(&constants, SPEED);
     let cell = LENGTH / f64::from(cells);
     let height = f64::from(ACROSS) * cell;
-    let mut arena = BodySetup::around([0.0, 0.0], [LENGTH * 1.2, height], cell);
-    arena.courant = courant;
+    let mut setup = BodySetup::around([0.0, 0.0], [LENGTH * 1.2, height], cell);
+    setup.courant = courant;
     // Nodes of the bar's lower and upper side and all beyond slide along it: uniaxial strain.
     let everything = i32::MAX / 2;
-    for (low, high) in [(-everything, arena.node(1, 0.0)), (arena.node(1, height), everything)] {
-        arena.fixed.push(FixedNodes {
+    for (low, high) in [(-everything, setup.node(1, 0.0)), (setup.node(1, height), everything)] {
+        setup.fixed.push(FixedNodes {
             low: [-everything, low, 0],
             high: [everything, high, 0],
             axes: [false, true, false],
@@ -171,18 +171,18 @@ pub fn run_with<M: ConstitutiveModel<f64, PlaneStrain>>(
         velocity: [0.0; 2],
         friction: 0.0,
     };
-    let mut bar = arena.simulation::<PlaneStrain, _, _>(
+    let mut bar = setup.simulation::<PlaneStrain, _, _>(
         (Gimp::new(2), model(&constants, cell)),
         tool,
         &seeds,
         |_, _, _| {},
     );
-    let drive = ToolMotion { velocity: [flight - SPEED, 0.0], friction: 0.0 };
+    let motion = ToolMotion { velocity: [flight - SPEED, 0.0], friction: 0.0 };
     let end = 0.85 * LENGTH / exact.elastic_front;
     let (mut force, mut last) = (Vec::new(), (0.0, 0.0));
     bar.contact = if points_touch { Contact::Surface } else { Contact::NodesInside }.law();
     while bar.progress().clock < end {
-        bar.step(&drive, false).expect("a stable step");
+        bar.step(&motion, false).expect("a stable step");
         let (time, impulse) = (bar.progress().clock, bar.progress().ledger.tool_impulse[0]);
         if time - last.0 > end / 100.0 {
             let mean = (last.1 - impulse) / (time - last.0) / height;

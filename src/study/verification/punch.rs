@@ -60,15 +60,15 @@ pub fn run(cells: i32, points_touch: bool, volumes: Volumes, settlement: f64, sp
         perfectly_plastic(Constants { yield_stress: YIELD_STRESS, poissons_ratio: 0.3, ..steel_4340() });
     let cell = HALF_WIDTH / f64::from(cells);
     let (width, depth) = (5.0 * HALF_WIDTH, 4.0 * HALF_WIDTH);
-    let mut arena = BodySetup::around([0.0, -depth], [width, 0.5 * HALF_WIDTH], cell);
-    arena.locking_control = volumes == Volumes::Limited;
-    arena.means_dilatation = volumes == Volumes::Shared;
+    let mut setup = BodySetup::around([0.0, -depth], [width, 0.5 * HALF_WIDTH], cell);
+    setup.locking_control = volumes == Volumes::Limited;
+    setup.means_dilatation = volumes == Volumes::Shared;
     let everything = i32::MAX / 2;
     let mut hold = |low: [i32; 2], high: [i32; 2], axes: [bool; 3]| {
-        arena.fixed.push(FixedNodes { low: [low[0], low[1], 0], high: [high[0], high[1], 0], axes });
+        setup.fixed.push(FixedNodes { low: [low[0], low[1], 0], high: [high[0], high[1], 0], axes });
     };
-    let [left, right] = [0.0, width].map(|x| ((x - arena.origin[0]) / cell).round() as i32);
-    let bottom = ((-depth - arena.origin[1]) / cell).round() as i32;
+    let [left, right] = [0.0, width].map(|x| ((x - setup.origin[0]) / cell).round() as i32);
+    let bottom = ((-depth - setup.origin[1]) / cell).round() as i32;
     hold([-everything; 2], [left, everything], [true, false, false]);
     hold([right, -everything], [everything; 2], [true, false, false]);
     hold([-everything; 2], [everything, bottom], [false, true, false]);
@@ -83,7 +83,7 @@ pub fn run(cells: i32, points_touch: bool, volumes: Volumes, settlement: f64, sp
         friction: 0.0,
     };
     let mut body =
-        arena.simulation::<PlaneStrain, _, _>((Gimp::new(2), steel(&constants)), tool, &seeds, |_, _, _| {});
+        setup.simulation::<PlaneStrain, _, _>((Gimp::new(2), steel(&constants)), tool, &seeds, |_, _, _| {});
     let limit = (2.0 + PI) * YIELD_STRESS / 3_f64.sqrt();
     let end = settlement * HALF_WIDTH;
     let (mut way, mut last, mut history) = (0.0, (0.0, 0.0, 0.0), Vec::new());
