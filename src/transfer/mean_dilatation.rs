@@ -109,7 +109,7 @@ impl<'a, R: Real> Groups<'a, R> {
             mean[place(self.group, lane)] += self.volume[lane] * trace::<R, D>(rows, lane, 0);
         }
         for (mean, &inverse) in mean.iter_mut().zip(&self.inverse) {
-            *mean = *mean * inverse;
+            *mean *= inverse;
         }
         let share = R::ONE / R::from_f64(D::AXES as f64);
         for lane in 0..BLOCK {
@@ -128,7 +128,7 @@ impl<'a, R: Real> Groups<'a, R> {
             mean[place(self.group, lane)] += trace::<R, D>(rows, lane, first);
         }
         for (mean, &inverse) in mean.iter_mut().zip(&self.inverse) {
-            *mean = *mean * inverse;
+            *mean *= inverse;
         }
         let share = R::ONE / R::from_f64(D::AXES as f64);
         for lane in 0..BLOCK {
