@@ -11,9 +11,8 @@
 //! applied to the stress that stands in the nodal forces f_i = −Σ V τ̃_p ∇N_ip. So the stress power Σ V τ :
 //! L̃ is the work of the nodal forces, and the energy closes. A point's own stress is not overwritten.
 //!
-//! Source: Hughes (1980), doi:10.1002/nme.1620150914, for finite elements; over the points of a cell as here
-//! in the material point method for instance Telikicherla and Moutsanidis (2022),
-//! doi:10.1016/j.cma.2022.115320.
+//! Source: mean dilatation of finite elements, Hughes (1980), doi:10.1002/nme.1620150914; here over the points
+//! of a cell.
 //!
 //! Form of the effect: two short passes over a block's scratch where `Layout::means_dilatation` is set; the
 //! points of a cell stand in one block then, and are sorted by cells.

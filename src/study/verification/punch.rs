@@ -154,7 +154,7 @@ pub const NARROW: &str = "contact loosens as the punch's face nears the next lin
 pub const BELOW: &str = "the control limits what deviates by more than the pressure under the punch itself";
 
 /// Why mean dilatation is not exact either.
-pub const WIDER: &str = "of first order in the cell, at about two thirds of what it is without";
+pub const WIDER: &str = "of first order in the cell, though less than with volumes of the points' own";
 /// Why pressures still differ with it.
 pub const SHEAR: &str =
     "points keep shear stresses and pressures of their own; the forces have the mean alone";
