@@ -17,6 +17,7 @@ pub mod material;
 pub mod grid;
 pub mod transfer;
 pub mod partition;
+mod separation;
 mod energy;
 pub mod stabilization;
 mod speedups;

@@ -19,6 +19,8 @@ pub struct ContactStep<'a, S> {
     pub tool: &'a RigidTool,
     /// How deep the plane is (m); says nothing in space.
     pub depth: f64,
+    /// Spacing of points at the start (m) where chip and work part cleanly at the edge (`separation`).
+    pub parts: Option<f64>,
     /// Whether friction heat is wanted by node (`NodalImpulses::friction_heat`).
     pub wants_heat: bool,
     /// Shear strength (Pa) of the point at a lane of a state.

@@ -20,6 +20,7 @@ mod nodes_inside;
 mod sticking;
 mod surface;
 mod tool_particles;
+mod two_fields;
 
 pub use contact_law::{BoxedLaw, ContactCost, ContactLaw, ContactStep};
 pub use nodes_inside::NodesInside;

@@ -81,9 +81,11 @@ pub(super) fn list_near<R: Real, D: Dimension, S: PointState<R>>(
     for (chunk_number, chunk) in partition.chunks.iter().enumerate() {
         for (number, block) in chunk.blocks.iter().enumerate() {
             let is_beside = (0..2).any(|axis| {
+                let column = |&node| if axis == 0 { layout.second.column(node) } else { node };
                 let (first, last) = block.node[axis]
                     .iter()
-                    .fold((i32::MAX, i32::MIN), |(first, last), &node| (first.min(node), last.max(node)));
+                    .map(column)
+                    .fold((i32::MAX, i32::MIN), |(first, last), node| (first.min(node), last.max(node)));
                 last < low[axis] || first > high[axis]
             });
             if is_beside {
@@ -116,8 +118,7 @@ pub(super) fn from_tool<R: Real, D: Dimension, S: PointState<R>>(
     block: &Block<R, D, S>,
     lane: usize,
 ) -> [f64; 2] {
-    let cells = block.grid_position(lane);
-    let position: [f64; 2] = std::array::from_fn(|axis| layout.origin[axis] + layout.cell * cells[axis]);
+    let position = layout.place(block, lane);
     [position[0] - tool.position[0], position[1] - tool.position[1]]
 }
 
@@ -151,12 +152,11 @@ pub(super) fn assemble<R: Real, D: Dimension, S: PointState<R>>(
     }
     let layout = &partition.layout;
     let dt = step.dt;
-    let position = std::array::from_fn(|axis| layout.origin[axis] + layout.cell * f64::from(at[axis]));
+    let index = [layout.second.column(at[0]), at[1], at[2]];
+    let position = std::array::from_fn(|axis| layout.origin[axis] + layout.cell * f64::from(index[axis]));
     let body = step.body_force.as_ref().map_or([0.0; 3], |force| force.acceleration(position, step.time));
     for axis in 0..D::AXES {
-        let is_fixed = partition.fixed.iter().any(|fixed| {
-            fixed.axes[axis] && (0..D::AXES).all(|k| fixed.low[k] <= at[k] && at[k] <= fixed.high[k])
-        });
+        let is_fixed = partition.fixed.iter().any(|fixed| fixed.axes[axis] && fixed.holds::<D>(layout, &at));
         if !is_fixed {
             node.old[axis] = momentum[axis] / mass;
             node.free[axis] = (momentum[axis] + dt * force[axis]) / mass + dt * body[axis];

@@ -30,14 +30,17 @@ use crate::contact::nodes::{
     NOT_LISTED, NodePredictor, Place, TouchedNode, assemble, closest, for_each_weight, from_tool, list_near,
 };
 use crate::contact::sticking::{Layer, SLIDING, Sticking};
+use crate::contact::two_fields::{FieldPair, meet_at_edge};
 use crate::dimension::Dimension;
 use crate::error::Error;
+use crate::grid::Layout;
 use crate::grid::shape_function::ShapeFunction;
 use crate::partition::Partition;
 use crate::partition::nodes::{NodalImpulses, StepContext, VelocityChange};
-use crate::points::{Block, PointState};
+use crate::points::{Block, PointState, Side};
 use crate::simd::{Real, dispatch};
 use crate::tool::RigidTool;
+use crate::tool::profile::{Closest, Face};
 
 /// Points are listed up to this far from the tool, beyond half their width (cells).
 const REACH: f64 = 1.0;
@@ -59,6 +62,8 @@ pub(super) struct SurfaceContact {
     places: Vec<u32>,
     nodes: Vec<Node>,
     starts: Vec<NodePredictor>,
+    /// Nodes that chip and work press together.
+    pairs: Vec<FieldPair>,
     touches: Vec<ContactPoint>,
     /// Nodes of the touching points, one point after another, with weights carried on to the surface.
     reached: Vec<NodeWeight>,
@@ -92,7 +97,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, S: PointState<R>> ContactLaw<R,
         self.find(partition, shape, contact);
         self.touched.clear();
         self.sweeps = 0;
-        if self.touches.is_empty() {
+        if self.touches.is_empty() && self.starts.is_empty() {
             return;
         }
         let cell = partition.layout.cell;
@@ -215,7 +220,17 @@ impl SurfaceContact {
         contact: &ContactStep<'_, S>,
     ) {
         let SurfaceContact {
-            caps, near, places, nodes, starts, touches, reached, own_weights, sticking, ..
+            caps,
+            near,
+            places,
+            nodes,
+            starts,
+            pairs,
+            touches,
+            reached,
+            own_weights,
+            sticking,
+            ..
         } = self;
         for start in starts.drain(..) {
             places[start.index] = NOT_LISTED;
@@ -227,13 +242,15 @@ impl SurfaceContact {
         sticking.clear();
         let layout = &partition.layout;
         let dt = contact.step.dt;
+        if contact.parts.is_some() {
+            meet_at_edge::<R, D, S>(partition, contact.step, (nodes, starts), (places, pairs));
+        }
         for (number, point) in near.iter_mut().enumerate() {
             let (block, lane) = (point.place.block(partition), point.place.lane());
-            let closest = closest(layout, contact.tool, block, lane);
-            if closest.distance > half_width::<R, D, S>(block, lane, contact.depth) {
+            let Some(closest) = touching::<R, D, S>((block, lane), layout, contact) else {
                 point.force = [0.0; 3];
                 continue;
-            }
+            };
             let shift = closest.normal.map(|n| -closest.distance * n / layout.cell);
             let first = reached.len();
             for_each_weight::<R, D, F, S>(block, lane, shift, layout, shape, |touched| {
@@ -312,7 +329,16 @@ impl SurfaceContact {
     /// What the impulses found amount to in a substep of `dt` (s).
     fn sum_up<D: Dimension>(&mut self, tool: &RigidTool, dt: f64, wants_heat: bool) {
         let SurfaceContact {
-            near, nodes, starts, touches, reached, own_weights, heat: heated, touched, ..
+            near,
+            nodes,
+            starts,
+            pairs,
+            touches,
+            reached,
+            own_weights,
+            heat: heated,
+            touched,
+            ..
         } = self;
         heated.clear();
         if wants_heat {
@@ -320,6 +346,9 @@ impl SurfaceContact {
         }
         let tool_velocity = [tool.velocity[0], tool.velocity[1], 0.0];
         let sums = &mut touched.sums;
+        for pair in pairs.iter() {
+            pair.count(nodes, starts, sums);
+        }
         for touch in touches.iter() {
             near[touch.near as usize].force = touch.impulse.map(|j| j / dt);
             if touch.impulse == [0.0; 3] {
@@ -366,6 +395,34 @@ impl SurfaceContact {
         touched.friction_heat.extend(by_node.map(|(start, &heat)| (start.index, heat)));
         touched.friction_heat.sort_unstable_by_key(|entry| entry.0);
     }
+}
+
+/// Where the tool reaches a point, if it does.
+///
+/// Where chip and work part, points of the chip meet the rake face and those of the work the flank, and rows
+/// that were laid anew are higher or lower than they are wide.
+#[inline(always)]
+fn touching<R: Real, D: Dimension, S: PointState<R>>(
+    (block, lane): (&Block<R, D, S>, usize),
+    layout: &Layout,
+    contact: &ContactStep<'_, S>,
+) -> Option<Closest> {
+    let half = half_width::<R, D, S>(block, lane, contact.depth);
+    let Some(spacing) = contact.parts else {
+        let closest = closest(layout, contact.tool, block, lane);
+        return (closest.distance <= half).then_some(closest);
+    };
+    let place = from_tool(layout, contact.tool, block, lane);
+    let shape = &contact.tool.shape;
+    let closest = match block.side[lane] {
+        Side::Uncut => shape.closest(place),
+        Side::Chip => shape.closest_on_face(Face::Rake, place, spacing)?,
+        Side::Work => shape.closest_on_face(Face::Flank, place, 0.5 * spacing)?,
+    };
+    let [x, y] = closest.normal;
+    let height = if D::AXES == 2 { (2.0 * half).powi(2) } else { (2.0 * half).powi(3) / spacing } / spacing;
+    let reach = 0.5 * (spacing * x * x + height * y * y);
+    (closest.distance <= reach).then_some(closest)
 }
 
 /// Half the width of a point (m), whose volume in the plane goes `depth` (m) deep.

@@ -19,6 +19,12 @@
 
 pub mod shape_function;
 pub(crate) mod body_force;
+mod fixed_nodes;
+mod places;
+mod second_field;
+
+pub use fixed_nodes::FixedNodes;
+pub use second_field::SecondField;
 
 use crate::dimension::Dimension;
 use crate::simd::{Real, each};
@@ -41,6 +47,13 @@ pub struct Layout {
     pub cell: f64,
     /// Position of node (0, 0, 0) (m).
     pub origin: [f64; 3],
+    /// Where it stood at the start (m): a grid that moves with the tool stays within a cell of it, and points
+    /// that no substep moves are kept from there.
+    pub home: [f64; 3],
+    /// Columns of the second velocity field, if there is one.
+    pub second: SecondField,
+    /// Row of nodes that the edge stands on, where the grid moves with it; its column is `second.edge`.
+    pub row: i32,
     /// First node index along the last axis, by pencil.
     pub low: Vec<i32>,
     /// Index in memory of the node (pencil, 0); only nodes from `low` on exist.
@@ -49,14 +62,14 @@ pub struct Layout {
     pub start: Vec<usize>,
     /// Whether nodes keep the masses that they share with their neighbours (`partition::smoothing`).
     pub shares_masses: bool,
-    /// Whether the points of a cell share their rate of volume change (`transfer::mean_dilatation`).
-    pub means_dilatation: bool,
+    /// Whether the points of a cell share their rate of volume change (`transfer::cell_average`).
+    pub averages_cells: bool,
 }
 
 impl Layout {
     /// A domain of `counts` nodes without any node in memory yet.
     pub fn new(counts: [i32; 3], cell: f64, origin: [f64; 3]) -> Self {
-        Layout { counts, cell, origin, ..Layout::default() }
+        Layout { counts, cell, origin, home: origin, ..Layout::default() }
     }
 
     /// Number of pencils in a plane of constant first index.
@@ -84,7 +97,9 @@ impl Layout {
     /// Whether a point may stand at a node: far enough from the domain's rim that its stencil fits until the
     /// next sort.
     pub fn contains<D: Dimension>(&self, node: D::Vector<i32>) -> bool {
-        (0..D::AXES).all(|axis| node[axis] > MARGIN && node[axis] < self.counts[axis] - 1 - MARGIN)
+        let inside = |index: i32, count: i32| index > MARGIN && index < count - 1 - MARGIN;
+        inside(self.second.column(node[0]), self.second.columns(self.counts[0]))
+            && (1..D::AXES).all(|axis| inside(node[axis], self.counts[axis]))
     }
 
     /// Arranges the nodes around points at `nodes`; `ranges` is working memory.
@@ -109,6 +124,14 @@ impl Layout {
                 widen(row, 1, narrow);
             }
         }
+        let shared = self.second.shared_columns();
+        let pencils_of = |column: i32| (column * plane) as usize..((column + 1) * plane) as usize;
+        for (own, other) in shared.clone() {
+            for (pencil, alias) in pencils_of(own).zip(pencils_of(other)) {
+                let (low, high) = std::mem::replace(&mut range[alias], (i32::MAX, i32::MIN));
+                range[pencil] = (range[pencil].0.min(low), range[pencil].1.max(high));
+            }
+        }
         self.low.clear();
         self.offset.clear();
         self.start.clear();
@@ -126,21 +149,35 @@ impl Layout {
             }
         }
         self.start.push(total);
+        self.share_columns::<D>();
+    }
+
+    /// Lets the second field's pencils before the edge stand for those of the first.
+    fn share_columns<D: Dimension>(&mut self) {
+        let plane = self.pencils_per_plane::<D>();
+        for (own, other) in self.second.shared_columns() {
+            for k in 0..plane {
+                let (pencil, alias) = ((own * plane + k) as usize, (other * plane + k) as usize);
+                self.low[alias] = self.low[pencil];
+                self.offset[alias] = self.offset[pencil];
+            }
+        }
     }
 
     /// Offsets again from `start` and `low`.
-    pub fn restore_offsets(&mut self) {
+    pub fn restore_offsets<D: Dimension>(&mut self) {
         self.offset.clear();
         for (pencil, &low) in self.low.iter().enumerate() {
             let exists = self.start[pencil + 1] > self.start[pencil];
             self.offset.push(if exists { self.start[pencil] as i32 - low } else { 0 });
         }
+        self.share_columns::<D>();
     }
 
     /// Position (m) of the node `along` a pencil; z is 0 in the plane.
     pub fn position<D: Dimension>(&self, pencil: usize, along: i32) -> [f64; 3] {
         let plane = self.pencils_per_plane::<D>();
-        let (first, second) = (pencil as i32 / plane, pencil as i32 % plane);
+        let (first, second) = (self.second.column(pencil as i32 / plane), pencil as i32 % plane);
         let index = if D::AXES == 2 { [first, along, 0] } else { [first, second, along] };
         std::array::from_fn(|axis| self.origin[axis] + self.cell * f64::from(index[axis]))
     }
@@ -164,28 +201,6 @@ fn widen(range: &mut [(i32, i32)], stride: usize, narrow: &mut Vec<(i32, i32)>) 
                 *entry = (entry.0.min(other.0), entry.1.max(other.1));
             }
         }
-    }
-}
-
-/// Nodes whose velocity is zero along some axes.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FixedNodes {
-    /// Lowest node index along each axis, inclusive.
-    pub low: [i32; 3],
-    /// Highest node index along each axis, inclusive.
-    pub high: [i32; 3],
-    /// Which velocity components are zero.
-    pub axes: [bool; 3],
-}
-
-impl FixedNodes {
-    /// The part of a pencil that is fixed, as a range of indices along the last axis.
-    pub fn on_pencil<D: Dimension>(&self, layout: &Layout, pencil: usize) -> Option<(i32, i32)> {
-        let plane = layout.pencils_per_plane::<D>();
-        let (first, second) = (pencil as i32 / plane, pencil as i32 % plane);
-        let inside = |axis: usize, index: i32| self.low[axis] <= index && index <= self.high[axis];
-        (inside(0, first) && (D::AXES == 2 || inside(1, second)))
-            .then(|| (self.low[D::AXES - 1], self.high[D::AXES - 1]))
     }
 }
 
@@ -310,7 +325,7 @@ mod tests {
             }
         }
         let mut restored = layout.clone();
-        restored.restore_offsets();
+        restored.restore_offsets::<D>();
         assert_eq!(restored.offset, layout.offset);
     }
 
@@ -333,16 +348,5 @@ mod tests {
         // ½ m |Δv|², all numbers exact.
         assert_eq!(increment_energy::<f64, PlaneStrain>(&flat, &[2.0, 0.0]), 31.25);
         assert_eq!(increment_energy::<f64, ThreeDimensional>(&deep, &[2.0]), 32.25);
-    }
-
-    /// Fixed nodes are a box: outside it a pencil has none.
-    #[test]
-    fn fixed_nodes_end_at_their_box() {
-        let layout = Layout::new([10, 10, 1], 1.0, [0.0; 3]);
-        let fixed = FixedNodes { low: [2, 3, 0], high: [4, 6, 0], axes: [true; 3] };
-        for pencil in 0..10 {
-            let expected = (2..=4).contains(&pencil).then_some((3, 6));
-            assert_eq!(fixed.on_pencil::<PlaneStrain>(&layout, pencil), expected, "pencil {pencil}");
-        }
     }
 }

@@ -208,8 +208,7 @@ impl ToolBody {
                 if !block.is_point(lane) {
                     continue;
                 }
-                let cells = block.grid_position(lane);
-                let place = [0, 1].map(|axis| layout.origin[axis] + layout.cell * cells[axis]);
+                let place = layout.place(block, lane);
                 if (0..2).any(|axis| {
                     place[axis] < low[axis] - layout.cell || place[axis] > high[axis] + layout.cell
                 }) {

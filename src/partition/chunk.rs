@@ -126,6 +126,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Chunk<R, D, S> {
                 shape: common.shape,
                 model: common.model,
                 dt: common.step.dt,
+                drift: common.step.drift,
                 look,
             },
         )

@@ -10,6 +10,7 @@
 
 pub(crate) mod chunk;
 pub(crate) mod nodes;
+mod moving_grid;
 mod smoothing;
 mod sorting;
 pub(crate) mod step_bounds;
@@ -22,7 +23,7 @@ use crate::grid::{FixedNodes, Layout};
 use crate::parallel::for_each;
 use crate::partition::chunk::Chunk;
 use crate::partition::nodes::{ChunkNodes, ChunkPencils};
-use crate::points::{BLOCK, Block, PointState};
+use crate::points::{BLOCK, Block, PointState, Side};
 use crate::simd::Real;
 use crate::transfer::NodeRun;
 use sorting::{Workspace, share};
@@ -45,7 +46,11 @@ pub struct Partition<R: Real, D: Dimension, S> {
     pub incoming: Vec<NodeRun<R>>,
     /// Where the present substep deposits, by chunk.
     pub outgoing: Vec<NodeRun<R>>,
-    /// Fixed nodes.
+    /// Nodes that walls fix, on the grid at its home.
+    pub walls: Vec<FixedNodes>,
+    /// Nodes that are held beside them, on the grid where it stands.
+    pub held: Vec<FixedNodes>,
+    /// All fixed nodes, on the grid where it stands.
     pub fixed: Vec<FixedNodes>,
     /// Points outside the active window: in no chunk, and no substep moves them.
     pub frozen: Vec<Block<R, D, S>>,
@@ -60,7 +65,7 @@ pub struct Partition<R: Real, D: Dimension, S> {
 
 impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
     /// Divides `blocks`, whose points may stand in any order, into chunks.
-    pub fn new(layout: Layout, fixed: Vec<FixedNodes>, blocks: Vec<Block<R, D, S>>) -> Self {
+    pub fn new(layout: Layout, walls: Vec<FixedNodes>, blocks: Vec<Block<R, D, S>>) -> Self {
         let points = blocks.len() * BLOCK;
         let count = (points / POINTS_PER_CHUNK).clamp(1, MOST_CHUNKS);
         let mut chunks: Vec<Chunk<R, D, S>> = (0..count).map(|_| Chunk::default()).collect();
@@ -71,7 +76,9 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             nodes: vec![ChunkNodes::default(); count],
             incoming: vec![NodeRun::default(); count],
             outgoing: vec![NodeRun::default(); count],
-            fixed,
+            fixed: walls.clone(),
+            walls,
+            held: Vec::new(),
             frozen: Vec::new(),
             tail: Vec::new(),
             ends: vec![(1, 0); count],
@@ -121,6 +128,13 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         }
     }
 
+    /// Whether every node is owned by one chunk.
+    fn has_owners(&self) -> bool {
+        let owned = self.nodes.iter().map(|nodes| nodes.owned()).filter(|owned| !owned.is_empty());
+        owned.fold(Some(0), |end, owned| end.filter(|&end| end == owned.start).map(|_| owned.end))
+            == Some(self.layout.nodes())
+    }
+
     /// Arranges every chunk's nodes for the present layout and ends.
     fn arrange_chunks(&mut self) {
         let mut owned_from = 0;
@@ -137,6 +151,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
                 deposits,
             );
         }
+        debug_assert!(self.has_owners(), "nodes without an owner, or with two: chunks {:?}", self.ends);
     }
 }
 
@@ -166,7 +181,10 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             }
             bulk.put(block.id.iter().map(|id| id.to_le_bytes()));
             bulk.put(block.group.iter().map(|group| [*group]));
+            bulk.put(block.side.iter().map(|side| [*side as u8]));
         }
+        bulk.put_reals(&self.layout.origin);
+        bulk.put([self.layout.second.edge.to_le_bytes(), self.layout.row.to_le_bytes()].into_iter());
         bulk.put(self.layout.low.iter().map(|low| low.to_le_bytes()));
         bulk.put_counts(self.layout.start.iter().copied());
         bulk.put_counts(self.ends.iter().flat_map(|&(first, last)| [first, last]));
@@ -180,7 +198,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
 
     /// Bytes that `state_bytes` takes for a block: its floating-point columns, then nodes and numbers.
     const fn bytes_per_block() -> usize {
-        BLOCK * (8 * Block::<R, D, S>::columns() + 4 * (D::AXES + 1) + 1)
+        BLOCK * (8 * Block::<R, D, S>::columns() + 4 * (D::AXES + 1) + 2)
     }
 
     /// Takes what `state_bytes` gave.
@@ -218,7 +236,17 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
                     return Err(damaged());
                 }
             }
+            for side in &mut block.side {
+                let [number] = reader.take()?;
+                *side = Side::from_number(number).ok_or_else(damaged)?;
+            }
         }
+        for axis in 0..3 {
+            self.layout.origin[axis] = reader.real()?;
+        }
+        self.layout.second.edge = i32::from_le_bytes(reader.take()?);
+        self.layout.row = i32::from_le_bytes(reader.take()?);
+        self.place_walls();
         let pencils = self.layout.low.len();
         for low in &mut self.layout.low {
             *low = i32::from_le_bytes(reader.take()?);
@@ -235,7 +263,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         if !self.layout.start.is_sorted() || self.layout.nodes() > most {
             return Err(damaged());
         }
-        self.layout.restore_offsets();
+        self.layout.restore_offsets::<D>();
         self.tail = blocks.split_off(count + frozen);
         self.frozen = blocks.split_off(count);
         self.share_out(blocks);

@@ -124,6 +124,8 @@ pub struct StepContext {
     pub body_force: Option<Arc<dyn BodyForce>>,
     /// Whether points hold an affine velocity field (APIC).
     pub is_affine: bool,
+    /// Motion of the grid in the substep (cells).
+    pub drift: [f64; 3],
     /// Instruction set of the kernels.
     pub instructions: InstructionSet,
 }
@@ -174,6 +176,17 @@ impl<R: Real> ChunkNodes<R> {
         // nodes.
         let begin = owned_from.clamp(nodes.start, nodes.end);
         self.owned = begin..end.clamp(begin, nodes.end);
+        self.list_fixed::<D>(layout, fixed);
+        end
+    }
+
+    /// The nodes it owns, as indices of the layout.
+    pub fn owned(&self) -> Range<usize> {
+        self.owned.clone()
+    }
+
+    /// Lists the fixed nodes among its own.
+    pub fn list_fixed<D: Dimension>(&mut self, layout: &Layout, fixed: &[FixedNodes]) {
         self.fixed.clear();
         for pencil in self.pencils.clone() {
             for boundary in fixed {
@@ -181,12 +194,11 @@ impl<R: Real> ChunkNodes<R> {
                 let existing = (layout.start[pencil + 1] - layout.start[pencil]) as i32;
                 let bottom = layout.low[pencil];
                 for along in low.max(bottom)..=high.min(bottom + existing - 1) {
-                    let index = (layout.offset[pencil] + along) as usize - nodes.start;
+                    let index = (layout.offset[pencil] + along) as usize - self.run.first;
                     self.fixed.push(Fixed { index, axes: boundary.axes });
                 }
             }
         }
-        end
     }
 
     /// First half of a substep, up to contact: the nodes' new velocities from `incoming` deposits.

@@ -12,11 +12,11 @@
 //! Sorted points go to a second set of blocks, which then changes places with the first: after the first
 //! sorts no memory is asked for.
 //!
-//! Where points of a cell are averaged (`transfer::mean_dilatation`) they are sorted by cells, those of a
+//! Where points of a cell are averaged (`transfer::cell_average`) they are sorted by cells, those of a
 //! cell stay in one block, and the places left over at its end have no point.
 
 use crate::dimension::Dimension;
-use crate::grid::{Layout, PencilRanges};
+use crate::grid::{Layout, MARGIN, PencilRanges};
 use crate::parallel::take_turns;
 use crate::partition::Partition;
 use crate::partition::chunk::Chunk;
@@ -72,23 +72,38 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             std::mem::swap(&mut chunk.blocks, spare);
         }
         let layout = &self.layout;
-        let pencil = |block: &Block<R, D, S>, lane: usize| {
-            layout.pencil::<D>(D::vector(|axis| block.node[axis][lane])) as usize
-        };
         for (chunk, ends) in self.chunks.iter().zip(&mut self.ends) {
             *ends = match (chunk.blocks.first(), chunk.blocks.last()) {
                 // Where points are sorted by cells, those of a cell have nodes on either side.
-                (Some(_), Some(_)) if layout.means_dilatation => {
+                (Some(_), Some(_)) if layout.averages_cells || layout.second.exists() => {
                     let blocks =
                         chunk.blocks.iter().flat_map(|block| (0..BLOCK).map(move |lane| (block, lane)));
-                    let pencils = blocks.map(|(block, lane)| pencil(block, lane));
-                    pencils.fold((usize::MAX, 0), |(low, high), at| (low.min(at), high.max(at)))
+                    let pencils = blocks.map(|(block, lane)| pencils_of(layout, block, lane));
+                    pencils.fold((usize::MAX, 0), |(low, high), at| (low.min(at.0), high.max(at.1)))
                 }
-                (Some(first), Some(last)) => (pencil(first, 0), pencil(last, BLOCK - 1)),
+                (Some(first), Some(last)) => {
+                    (pencils_of(layout, first, 0).0, pencils_of(layout, last, BLOCK - 1).1)
+                }
                 _ => (1, 0),
             };
         }
+        if self.layout.second.exists() {
+            self.cover_second_field();
+        }
         self.arrange_chunks();
+    }
+
+    /// Widens chunks so that each node is in the run of the chunk that owns it: nodes of the second field may
+    /// be reached by points of chunks far before, and a chunk owns those up to where the next one's points
+    /// begin.
+    fn cover_second_field(&mut self) {
+        let mut highest = 0;
+        let ends: Vec<(usize, usize)> = self.ends.clone();
+        for (k, own) in self.ends.iter_mut().enumerate().filter(|(_, own)| own.0 <= own.1) {
+            highest = highest.max(own.1);
+            let next = ends[k + 1..].iter().filter(|ends| ends.0 <= ends.1).map(|ends| ends.0).min();
+            own.1 = own.1.max(next.map_or(highest, |next| highest.min(next.saturating_sub(1))));
+        }
     }
 
     /// Arranges the nodes around the points that stay, and notes by place in memory each point's node, as its
@@ -114,8 +129,8 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         let place = |node: D::Vector<i32>| {
             (layout.offset[layout.pencil::<D>(node) as usize] + Layout::along::<D>(node)) as u32
         };
-        if layout.means_dilatation {
-            let cells = blocks.flat_map(|block| (0..BLOCK).map(|lane| block.cell(lane)));
+        if layout.averages_cells {
+            let cells = blocks.flat_map(|block| (0..BLOCK).map(|lane| cell_of(layout, block, lane)));
             for (cell, key) in cells.zip(keys).filter(|(_, key)| **key != GONE) {
                 *key = place(cell);
             }
@@ -140,7 +155,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         let mut end = 0_u32;
         for k in 0..place.len() - 1 {
             let count = place[k + 1];
-            if layout.means_dilatation {
+            if layout.averages_cells {
                 let room = BLOCK as u32 - end % BLOCK as u32;
                 if count > room && count <= BLOCK as u32 {
                     end += room;
@@ -177,13 +192,43 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             (blocks, &sources[places])
         });
         let copy = |(blocks, sources): (&mut Vec<Block<R, D, S>>, &[u32])| {
-            copy_in_order(blocks, sources, chunks, firsts, layout.means_dilatation);
-            if layout.means_dilatation {
+            copy_in_order(blocks, sources, chunks, firsts, layout.averages_cells);
+            if layout.averages_cells {
                 blocks.iter_mut().for_each(|block| group_points(block, layout));
             }
         };
         if parallel { take_turns(jobs, copy) } else { jobs.for_each(copy) }
     }
+}
+
+/// Lowest corner of the cell that a point stands in, in the field whose nodes that cell has.
+fn cell_of<R: Real, D: Dimension, S: PointState<R>>(
+    layout: &Layout,
+    block: &Block<R, D, S>,
+    lane: usize,
+) -> D::Vector<i32> {
+    let mut cell = block.cell(lane);
+    cell[0] = layout.second.own_column(cell[0]);
+    cell
+}
+
+/// Lowest and highest pencil that a point may stand at until the next sort: more than its own beside the edge,
+/// where it reaches nodes of both fields.
+fn pencils_of<R: Real, D: Dimension, S: PointState<R>>(
+    layout: &Layout,
+    block: &Block<R, D, S>,
+    lane: usize,
+) -> (usize, usize) {
+    let second = &layout.second;
+    let pencil = |first: i32| {
+        layout.pencil::<D>(D::vector(|axis| if axis == 0 { first } else { block.node[axis][lane] })) as usize
+    };
+    let first = block.node[0][lane];
+    let own = pencil(second.own_column(first));
+    if !second.holds(first) || (second.column(first) - second.edge).abs() > 2 * MARGIN {
+        return (own, own);
+    }
+    (pencil(second.column(first)), pencil(first))
 }
 
 /// The blocks of chunk `k` of `count` when there are `total`.
@@ -234,7 +279,8 @@ fn copy_in_order<R: Real, D: Dimension, S: PointState<R>>(
 fn group_points<R: Real, D: Dimension, S: PointState<R>>(block: &mut Block<R, D, S>, layout: &Layout) {
     let mut group = 0;
     for lane in 0..BLOCK {
-        if lane > 0 && block.cell(lane).as_ref() != block.cell(lane - 1).as_ref() {
+        let cell = |lane: usize| cell_of(layout, block, lane);
+        if lane > 0 && cell(lane).as_ref() != cell(lane - 1).as_ref() {
             group += 1;
         }
         block.group[lane] = group;
@@ -333,7 +379,7 @@ mod tests {
             block.volume[lane] = 1.0;
             block.id[lane] = number as u32;
         }
-        let layout = Layout { means_dilatation: true, ..Layout::new(counts, 1.0, [0.0; 3]) };
+        let layout = Layout { averages_cells: true, ..Layout::new(counts, 1.0, [0.0; 3]) };
         let partition = Partition::new(layout, vec![], blocks);
         let mut places = std::collections::BTreeMap::new();
         let mut seen = vec![false; total];

@@ -26,13 +26,14 @@ impl<R: Real, D: Dimension, S: PointState<R>> InactivePoints<R, D, S> {
         InactivePoints { blocks, count }
     }
 
-    /// Takes a copy of a point.
-    pub fn push(&mut self, from: &Block<R, D, S>, lane: usize) {
+    /// Takes a copy of a point; gives its block and lane.
+    pub fn push(&mut self, from: &Block<R, D, S>, lane: usize) -> (&mut Block<R, D, S>, usize) {
         if self.count == self.blocks.len() * BLOCK {
             self.blocks.push(Block::empty());
         }
         self.blocks[self.count / BLOCK].copy_points(self.count % BLOCK, from, lane, 1);
         self.count += 1;
+        (&mut self.blocks[(self.count - 1) / BLOCK], (self.count - 1) % BLOCK)
     }
 
     /// Takes point `k` out; the last one takes its place.

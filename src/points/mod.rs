@@ -69,8 +69,30 @@ pub struct Block<R: Real, D: Dimension, S> {
     /// Which points of the block are averaged with one another: those that stood in one cell when they were
     /// sorted.
     pub group: Column<u8>,
+    /// On which side of the edge's path the point is.
+    pub side: Column<Side>,
     /// The constitutive model's state.
     pub state: S,
+}
+
+/// On which side of the edge's path a point is (`separation`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Side {
+    /// The edge has not come near it.
+    #[default]
+    Uncut,
+    /// It stays on the workpiece.
+    Work,
+    /// It goes up the chip.
+    Chip,
+}
+
+impl Side {
+    /// The side with this number, if there is one.
+    pub fn from_number(number: u8) -> Option<Side> {
+        [Side::Uncut, Side::Work, Side::Chip].into_iter().find(|side| *side as u8 == number)
+    }
 }
 
 /// What a block tells of its points without their material: passes that need no more are compiled once for
@@ -119,6 +141,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Block<R, D, S> {
             volume: [R::ZERO; BLOCK],
             id: [u32::MAX; BLOCK],
             group: [0; BLOCK],
+            side: [Side::Uncut; BLOCK],
             state: S::zeroed(),
         }
     }
@@ -165,7 +188,8 @@ impl<R: Real, D: Dimension, S: PointState<R>> Block<R, D, S> {
         for axis in 0..D::AXES {
             self.node[axis][to.clone()].copy_from_slice(&from.node[axis][source.clone()]);
         }
-        self.id[to].copy_from_slice(&from.id[source]);
+        self.id[to.clone()].copy_from_slice(&from.id[source.clone()]);
+        self.side[to].copy_from_slice(&from.side[source]);
     }
 
     /// Lowest corner of the cell that a point stands in.

@@ -328,6 +328,8 @@ pub struct Numerics {
     pub smoothed_increments: bool,
     /// Whether the points of a cell share their rate of volume change and their pressure in the forces.
     pub mean_dilatation: bool,
+    /// Whether chip and work part cleanly at the edge (`separation`).
+    pub separation: bool,
     /// A point on the front of accuracy against cost.
     pub accuracy: Accuracy,
     /// Threads; 0 for all that pay.
@@ -487,6 +489,7 @@ impl Default for Scene {
                 active_chip: 0.0,
                 smoothed_increments: false,
                 mean_dilatation: false,
+                separation: false,
                 accuracy: Accuracy::Custom,
                 threads: 0,
                 wall_time_limit: 0.0,

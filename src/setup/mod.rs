@@ -48,6 +48,7 @@ use crate::points::{BLOCK, Block};
 use crate::scene::{
     Constants, DimensionChoice, Heat, Law, Precision, Scene, SceneKind, ShapeChoice, TransferChoice,
 };
+use crate::separation::Separation;
 use crate::simd::{InstructionSet, Real};
 use crate::simulation::{Options, Simulation, Solver};
 use crate::speedups::active_window::ActiveWindow;
@@ -301,11 +302,12 @@ fn simulation<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R
         depth: scene.workpiece.width,
         locking_control: scene.effects.volumetric_locking_control && !scene.numerics.mean_dilatation,
         mass_scaling: MassScaling::of(scene),
-        window: (scene.numerics.active_window > 0.0).then(|| ActiveWindow {
-            ahead: scene.numerics.active_window,
-            height: scene.workpiece.height,
-            walls: partition.fixed.clone(),
-        }),
+        separation: scene
+            .numerics
+            .separation
+            .then(|| Separation { spacing: scene.numerics.point_spacing, depth: scene.workpiece.width }),
+        window: (scene.numerics.active_window > 0.0)
+            .then_some(ActiveWindow { ahead: scene.numerics.active_window, height: scene.workpiece.height }),
         chip_tail: (scene.numerics.active_chip > 0.0)
             .then_some(ChipTail { above: scene.numerics.active_chip, height: scene.workpiece.height }),
     };
@@ -362,8 +364,7 @@ fn fill<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
         }
     }
     let shares_masses = scene.numerics.smoothed_increments;
-    let means_dilatation = scene.numerics.mean_dilatation;
-    let layout =
-        Layout { shares_masses, means_dilatation, ..Layout::new(bodies.counts, cell, bodies.origin) };
+    let averages_cells = scene.numerics.mean_dilatation;
+    let layout = Layout { shares_masses, averages_cells, ..Layout::new(bodies.counts, cell, bodies.origin) };
     Partition::new(layout, bodies.fixed.clone(), blocks)
 }

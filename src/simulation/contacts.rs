@@ -35,10 +35,11 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             // Yield in pure shear, by von Mises.
             let strength = |state: &M::State, lane: usize| model.flow_stress(state, lane) / 3_f64.sqrt();
             let (depth, wants_heat) = (options.depth, *wants_friction_heat);
+            let parts = options.separation.as_ref().map(|separation| separation.spacing);
             law.solve(
                 around,
                 shape,
-                &ContactStep { step: &step, tool, depth, wants_heat, strength: &strength },
+                &ContactStep { step: &step, tool, depth, parts, wants_heat, strength: &strength },
             );
         };
         // What takes longest comes first.

@@ -151,7 +151,10 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         simulation.progress.ledger.initial_energy = start;
         simulation.progress.fastest = fastest;
         // Sorting divides the points by the window and deposits them.
-        if simulation.options.window.is_some() {
+        if let Some(separation) = &simulation.options.separation {
+            simulation.partition.follow_edge(separation.edge(&simulation.tool));
+        }
+        if simulation.options.window.is_some() || simulation.options.separation.is_some() {
             simulation.sort(false)
         } else {
             simulation.deposit(false)
@@ -187,6 +190,10 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             lightest: self.lightest,
             share_per_mass: self.shape.steepness() / self.lightest_point(),
             body_force: self.body_force.clone(),
+            drift: std::array::from_fn(|axis| match &self.options.separation {
+                Some(_) if axis < 2 => dt * self.tool.velocity[axis] / self.partition.layout.cell,
+                _ => 0.0,
+            }),
             is_affine: M::State::IS_AFFINE,
             instructions: self.options.instructions,
         }
@@ -226,8 +233,13 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
     fn update_grid(&mut self, mut dt: f64, parallel: bool) -> Result<f64, Error> {
         for retry in 0.. {
             self.move_nodes(dt, parallel);
-            let bounds =
+            let mut bounds =
                 self.partition.nodes.iter().fold(Bounds::default(), |most, nodes| most.max(nodes.bounds));
+            if self.options.separation.is_some() {
+                // Points move against a grid that moves itself.
+                let [x, y] = self.tool.velocity;
+                bounds.travel += dt * x.hypot(y) / self.partition.layout.cell;
+            }
             if bounds.hold() {
                 break;
             }
@@ -312,6 +324,11 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             ledger.retired_energy += volume * (0.5 * density * square + report.elastic_energy);
             ledger.retired_heat += volume * report.heat;
         };
+        if let Some(separation) = &self.options.separation {
+            self.partition.recount_nodes();
+            let lost = separation.part(&mut self.partition, &self.tool, model);
+            ledger.damping += lost;
+        }
         if let Some(window) = &self.options.window {
             let edges = window.edges(&self.tool, &self.partition.layout);
             window.freeze_and_thaw(&mut self.partition, &edges);
@@ -378,6 +395,9 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
         self.partition.exchange_deposits();
         self.accumulate_sums(dt)?;
         self.tool.advance(dt);
+        if let Some(separation) = &self.options.separation {
+            self.partition.move_grid(separation.edge(&self.tool));
+        }
         self.progress.tool_position = self.tool.position;
         self.progress.clock += dt;
         self.progress.last_step = dt;
@@ -436,12 +456,12 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
 
     fn visit_points(&self, visit: &mut dyn FnMut(&PointView)) {
         let (layout, density) = (&self.partition.layout, self.model.density());
-        let view = |(block, lane): (&Block<R, D, M::State>, usize)| {
-            PointView::new(block, lane, (layout, density), self.model.report(&block.state, lane))
+        let view = |(block, lane): (&Block<R, D, M::State>, usize), origin: &[f64; 3]| {
+            PointView::new(block, lane, (layout, origin, density), self.model.report(&block.state, lane))
         };
-        let frozen = self.partition.frozen_points();
-        self.partition.points().chain(frozen).map(view).for_each(|view| visit(&view));
-        for mut view in self.partition.tail_points().map(view) {
+        self.partition.points().for_each(|point| visit(&view(point, &layout.origin)));
+        self.partition.frozen_points().for_each(|point| visit(&view(point, &layout.home)));
+        for mut view in self.partition.tail_points().map(|point| view(point, &layout.home)) {
             let [x, y, z] = view.position;
             let [x, y] = self.progress.tail.carry([x, y], self.progress.clock);
             view.position = [x, y, z];

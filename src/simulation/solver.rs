@@ -98,17 +98,17 @@ pub struct PointView {
 }
 
 impl PointView {
-    /// The point at a place in memory, where it is kept.
+    /// The point at a place in memory, where it is kept, from the grid's `origin` (m).
     pub fn new<R: Real, D: Dimension, S: PointState<R>>(
         block: &Block<R, D, S>,
         lane: usize,
-        (layout, density): (&Layout, f64),
+        (layout, origin, density): (&Layout, &[f64; 3], f64),
         report: PointReport,
     ) -> Self {
-        let (cells, volume) = (block.grid_position(lane), block.volume[lane].to_f64());
+        let (cells, volume) = (layout.cells_of(block, lane), block.volume[lane].to_f64());
         let (mut position, mut velocity) = ([0.0; 3], [0.0; 3]);
         for axis in 0..D::AXES {
-            position[axis] = layout.origin[axis] + layout.cell * cells[axis];
+            position[axis] = origin[axis] + layout.cell * cells[axis];
             velocity[axis] = block.velocity[axis][lane].to_f64();
         }
         PointView { id: block.id[lane], position, velocity, volume, mass: density * volume, report }

@@ -63,8 +63,6 @@ pub struct ActiveWindow {
     pub ahead: f64,
     /// Height of the workpiece (m).
     pub height: f64,
-    /// Nodes that are fixed without a window.
-    pub walls: Vec<FixedNodes>,
 }
 
 /// Where the window stands, in nodes.
@@ -134,37 +132,50 @@ impl ActiveWindow {
         partition: &mut Partition<R, D, S>,
         edges: &WindowBounds,
     ) {
-        let node = |block: &Block<R, D, S>, lane: usize| D::vector(|axis| block.node[axis][lane]);
+        let Partition { layout, chunks, frozen: kept, .. } = &mut *partition;
+        let layout = &*layout;
+        let (here, home) = (&layout.origin, &layout.home);
+        let node = |block: &Block<R, D, S>, lane: usize, from: &[f64; 3]| {
+            let cells = layout.cells_of(block, lane);
+            D::vector(|axis| (cells[axis] + (from[axis] - here[axis]) / layout.cell).round() as i32)
+        };
         let mut thawed = InactivePoints::default();
-        let mut frozen = InactivePoints::of(std::mem::take(&mut partition.frozen));
+        let mut frozen = InactivePoints::of(std::mem::take(kept));
         let mut k = 0;
         while k < frozen.count {
             let (block, lane) = (&frozen.blocks[k / BLOCK], k % BLOCK);
-            if edges.hold::<D>(&node(block, lane)) {
-                thawed.push(block, lane);
+            if edges.hold::<D>(&node(block, lane, home)) {
+                let (block, lane) = thawed.push(block, lane);
+                layout.count_from((home, here), block, lane);
                 frozen.remove(k);
             } else {
                 k += 1;
             }
         }
-        for block in partition.chunks.iter_mut().flat_map(|chunk| &mut chunk.blocks) {
+        for block in chunks.iter_mut().flat_map(|chunk| &mut chunk.blocks) {
             for lane in 0..BLOCK {
-                if block.is_point(lane) && !edges.hold::<D>(&node(block, lane)) {
-                    frozen.push(block, lane);
+                if block.is_point(lane) && !edges.hold::<D>(&node(block, lane, here)) {
+                    let (kept, place) = frozen.push(block, lane);
+                    layout.count_from((here, home), kept, place);
                     block.volume[lane] = R::ZERO;
                 }
             }
         }
-        if let Some(chunk) = partition.chunks.last_mut() {
+        if let Some(chunk) = chunks.last_mut() {
             chunk.blocks.append(&mut thawed.blocks);
         }
-        partition.frozen = frozen.blocks;
+        *kept = frozen.blocks;
         self.hold(partition, edges);
     }
 
     /// Holds the nodes at the window's edges.
-    pub fn hold<R: Real, D: Dimension, S>(&self, partition: &mut Partition<R, D, S>, edges: &WindowBounds) {
-        partition.fixed.clone_from(&self.walls);
-        partition.fixed.extend(edges.fixed());
+    pub fn hold<R: Real, D: Dimension, S: PointState<R>>(
+        &self,
+        partition: &mut Partition<R, D, S>,
+        edges: &WindowBounds,
+    ) {
+        partition.held.clear();
+        partition.held.extend(edges.fixed());
+        partition.place_walls();
     }
 }

@@ -170,6 +170,7 @@ impl ChipTail {
         while k < heap.count {
             let (block, lane) = (&mut heap.blocks[k / BLOCK], k % BLOCK);
             carry(block, lane, layout, &motion, time);
+            // Kept from the grid's home, which is the grid's place to half a cell.
             if layout.contains::<D>(D::vector(|axis| block.node[axis][lane])) {
                 k += 1;
             } else {
@@ -180,7 +181,8 @@ impl ChipTail {
         for block in chunks.iter_mut().flat_map(|chunk| &mut chunk.blocks) {
             for lane in 0..BLOCK {
                 if block.is_point(lane) && position(block, lane, layout)[1] > top {
-                    heap.push(block, lane);
+                    let (kept, place) = heap.push(block, lane);
+                    layout.count_from((&layout.origin, &layout.home), kept, place);
                     block.volume[lane] = R::ZERO;
                 }
             }
@@ -212,8 +214,7 @@ fn position<R: Real, D: Dimension, S: PointState<R>>(
     lane: usize,
     layout: &Layout,
 ) -> [f64; 2] {
-    let cells = block.grid_position(lane);
-    [0, 1].map(|axis| layout.origin[axis] + layout.cell * cells[axis])
+    layout.place(block, lane)
 }
 
 /// Moves a point of the tail to where it stands at `time` (s).
@@ -224,12 +225,13 @@ fn carry<R: Real, D: Dimension, S: PointState<R>>(
     motion: &TailMotion,
     time: f64,
 ) {
-    let carried = motion.carry(position(block, lane, layout), time);
-    let mut cells = block.grid_position(lane);
+    let mut cells = layout.cells_of(block, lane);
+    let place = [0, 1].map(|axis| layout.home[axis] + layout.cell * cells[axis]);
+    let carried = motion.carry(place, time);
     for axis in 0..2 {
-        cells[axis] = (carried[axis] - layout.origin[axis]) / layout.cell;
+        cells[axis] = (carried[axis] - layout.home[axis]) / layout.cell;
     }
-    block.set_grid_position(lane, cells);
+    layout.put(block, lane, cells);
 }
 
 #[cfg(test)]

@@ -115,7 +115,7 @@ pub struct BodySetup {
     /// Whether increments are smoothed.
     pub smoothed_increments: bool,
     /// Whether the points of a cell share their rate of volume change.
-    pub means_dilatation: bool,
+    pub averages_cells: bool,
     /// Whether volume ratios are evened out; exact solutions are compared without that averaging.
     pub locking_control: bool,
 }
@@ -134,7 +134,7 @@ impl BodySetup {
             fixed: vec![],
             courant: 0.5,
             smoothed_increments: false,
-            means_dilatation: false,
+            averages_cells: false,
             locking_control: false,
         }
     }
@@ -168,15 +168,16 @@ impl BodySetup {
                 block.velocity[axis][lane] = seed.velocity[axis];
             }
         }
-        let (shares_masses, means_dilatation) = (self.smoothed_increments, self.means_dilatation);
+        let (shares_masses, averages_cells) = (self.smoothed_increments, self.averages_cells);
         let layout =
-            Layout { shares_masses, means_dilatation, ..Layout::new(self.nodes, self.cell, self.origin) };
+            Layout { shares_masses, averages_cells, ..Layout::new(self.nodes, self.cell, self.origin) };
         let options = Options {
             courant: self.courant,
             instructions: InstructionSet::detect(),
             depth: 1.0,
             locking_control: self.locking_control,
             mass_scaling: None,
+            separation: None,
             window: None,
             chip_tail: None,
         };

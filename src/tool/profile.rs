@@ -169,6 +169,27 @@ impl ToolShape {
         }
     }
 
+    /// The same as if rake face or flank were all of the tool; `None` for a point that lies before that face's
+    /// start by more than `before` (m). Beyond its other end the whole tool decides.
+    #[inline]
+    pub fn closest_on_face(&self, face: Face, point: [f64; 2], before: f64) -> Option<Closest> {
+        let (side, from_start) = match face {
+            Face::Rake => (&self.sides[0], self.rake_start_vector()),
+            _ => (&self.sides[1], self.sides[1].start),
+        };
+        let up = if face == Face::Rake { -side.direction } else { side.direction };
+        let along = up.dot(&(Vector2::from(point) - from_start));
+        if along < -before {
+            return None;
+        }
+        if along > side.length {
+            return Some(self.closest(point));
+        }
+        let distance = side.normal.dot(&Vector2::from(point)) - side.offset;
+        let along = if face == Face::Rake { along.max(0.0) } else { 0.0 };
+        Some(Closest { distance, normal: side.normal.into(), face: side.face, along })
+    }
+
     /// Coordinate along the outline of the place that `closest` found (m): up the rake face from its start,
     /// negative down the edge and along the flank, on over top and back.
     pub fn along_outline(&self, point: [f64; 2], closest: &Closest) -> f64 {

@@ -42,7 +42,7 @@ pub mod apic;
 pub(crate) mod stencils;
 
 mod look;
-mod mean_dilatation;
+mod cell_average;
 mod moments;
 mod nodes;
 mod scratch;
@@ -60,8 +60,8 @@ use crate::material::{ConstitutiveModel, StepSums};
 use crate::points::{BLOCK, Block, Column, PointState};
 use crate::simd::pair::{Pair, load_transposed, store_transposed};
 use crate::simd::{Kernel, Mask, Real, Simd, Vector, each, inlined};
+use cell_average::{ShareRate, ShareStress};
 use look::Differences;
-use mean_dilatation::{SharePressure, ShareRate};
 use moments::Affine;
 use scratch::Scratch;
 use to_grid::ToGrid;
@@ -109,6 +109,8 @@ pub struct PointsPass<'a, R: Real, D: Dimension, F, M: ConstitutiveModel<R, D>> 
     pub model: &'a M,
     /// Substep (s).
     pub dt: f64,
+    /// Motion of the grid in it (cells).
+    pub drift: [f64; 3],
     /// OutlierScan at the points' velocities, if one is due.
     pub look: Option<OutlierScan<'a>>,
 }
@@ -126,6 +128,8 @@ struct Rates<R> {
     inverse_cell: R,
     /// Density at the start (kg/m3).
     density: R,
+    /// Motion of the grid (cells).
+    drift: [R; 3],
 }
 
 impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Kernel<R>
@@ -137,12 +141,13 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
 
     #[inline(always)]
     fn run<S: Simd<Scalar = R>>(self) -> PassSums {
-        let PointsPass { blocks, nodes, deposit, layout, shape, model, dt, mut look } = self;
+        let PointsPass { blocks, nodes, deposit, layout, shape, model, dt, drift, mut look } = self;
         let rates = Rates {
             dt: R::from_f64(dt),
             per_cell: R::from_f64(dt / layout.cell),
             inverse_cell: R::from_f64(1.0 / layout.cell),
             density: R::from_f64(model.density()),
+            drift: drift.map(R::from_f64),
         };
         let mut scratch = Scratch::<R>::new();
         let mut sums = LaneSums::<Pairs<S>>::zero();
@@ -158,7 +163,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
             } else {
                 S::outlined(to_points)
             }
-            if layout.means_dilatation {
+            if layout.averages_cells {
                 S::outlined(ShareRate::<R, D>::of(&block.volume, &block.group, scratch));
             }
             for part in 0..parts {
@@ -170,8 +175,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
                 }
             }
             let Block { node, offset, velocity, volume, group, .. } = &*block;
-            if layout.means_dilatation {
-                S::outlined(SharePressure::<R, D>::of(volume, group, scratch));
+            if layout.averages_cells {
+                S::outlined(ShareStress::<R, D>::of(volume, group, scratch));
             }
             if let Some(look) = &mut look {
                 let (bound, values) = (R::from_f64(look.bound), &scratch.values[0]);
@@ -279,7 +284,8 @@ fn update<S: Simd, D: Dimension, F: ShapeFunction<S::Scalar>, M: ConstitutiveMod
     let per_cell = Pairs::<S>::splat(rates.per_cell);
     let from_node = inlined!(D::vector, |axis| Pairs::<S>::load(&block.offset[axis][lane..]));
     for axis in 0..D::AXES {
-        let travel = per_cell * first[axis];
+        // The grid moves as well.
+        let travel = per_cell.mul_add(first[axis], -Pairs::<S>::splat(rates.drift[axis]));
         sums.travel = sums.travel.max(travel.abs());
         let travel = Pairs::<S>::select(travel.abs().le(limit), travel, zero);
         let moved = from_node[axis] + travel;

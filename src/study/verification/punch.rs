@@ -33,7 +33,7 @@ pub enum Volumes {
     Own,
     /// The locking control (`stabilization::volumetric_locking`).
     Limited,
-    /// Mean dilatation (`transfer::mean_dilatation`).
+    /// Mean dilatation (`transfer::cell_average`).
     Shared,
 }
 
@@ -62,7 +62,7 @@ pub fn run(cells: i32, points_touch: bool, volumes: Volumes, settlement: f64, sp
     let (width, depth) = (5.0 * HALF_WIDTH, 4.0 * HALF_WIDTH);
     let mut setup = BodySetup::around([0.0, -depth], [width, 0.5 * HALF_WIDTH], cell);
     setup.locking_control = volumes == Volumes::Limited;
-    setup.means_dilatation = volumes == Volumes::Shared;
+    setup.averages_cells = volumes == Volumes::Shared;
     let everything = i32::MAX / 2;
     let mut hold = |low: [i32; 2], high: [i32; 2], axes: [bool; 3]| {
         setup.fixed.push(FixedNodes { low: [low[0], low[1], 0], high: [high[0], high[1], 0], axes });

@@ -1,29 +1,36 @@
-//! Mean dilatation: the points of a cell share their rate of volume change and the pressure that does work on
-//! it.
+//! Averages over cells: the points of a cell share their velocity gradient and the stress that does work on it.
 //!
 //! Plastic flow keeps its volume. With as many points as a cell has, each by itself, there are more such
-//! conditions than the cell's nodes can meet: full integration locks. Here the points of a cell (those that
-//! stood in one when they were sorted, a group g) have its mean rate. With n = 2 in the plane and 3 in space,
+//! conditions than the cell's nodes can meet: full integration locks, and points of a cell take part in modes
+//! that its nodes cannot resist. Here the points of a cell (those that stood in one when they were sorted, a
+//! group g) share the average gradient, but for a part α of what each has of its own in shape. With n = 2 in
+//! the plane and 3 in space,
 //!
-//! L̃_p = L_p + (θ̄_g − θ_p)/n I,    θ = tr L,    θ̄_g = Σ_g V θ / Σ_g V,
+//! L̃_p = L̄_g + α (dev L_p − dev L̄_g),    L̄_g = Σ_g V L / Σ_g V,    dev L = L − (tr L)/n I,
 //!
 //! V the volumes at the start; and the same operator, which is its own adjoint with these as weights, is
 //! applied to the stress that stands in the nodal forces f_i = −Σ V τ̃_p ∇N_ip. So the stress power Σ V τ :
 //! L̃ is the work of the nodal forces, and the energy closes. A point's own stress is not overwritten.
 //!
-//! Source: mean dilatation of finite elements, Hughes (1980), doi:10.1002/nme.1620150914; here over the points
-//! of a cell.
+//! Sources: averaged volume changes are the mean dilatation of finite elements, Hughes (1980),
+//! doi:10.1002/nme.1620150914; averages of all of the gradient with a part left against modes without
+//! resistance are uniform-strain elements, Flanagan and Belytschko (1981), doi:10.1002/nme.1620170504; here
+//! over the points of a cell.
 //!
-//! Form of the effect: two short passes over a block's scratch where `Layout::means_dilatation` is set; the
+//! Form of the effect: two short passes over a block's scratch where `Layout::averages_cells` is set; the
 //! points of a cell stand in one block then, and are sorted by cells.
 
 use super::scratch::{Rows, Scratch};
 use crate::dimension::Dimension;
 use crate::points::{BLOCK, Column};
-use crate::simd::{Kernel, Real, Simd};
+use crate::simd::{Kernel, Real, Simd, Vector};
 use std::marker::PhantomData;
 
-/// After stage 2: the points of a cell get one rate of volume change.
+/// Part of its own shape change that each point keeps (-): enough that no mode of a cell's points is without
+/// resistance.
+const OWN: f64 = 0.1;
+
+/// After stage 2: the points of a cell share their velocity gradient.
 pub(super) struct ShareRate<'a, R, D> {
     volume: &'a Column<R>,
     group: &'a Column<u8>,
@@ -31,8 +38,8 @@ pub(super) struct ShareRate<'a, R, D> {
     dimension: PhantomData<D>,
 }
 
-/// After stage 3: their parts in the nodal forces get one pressure.
-pub(super) struct SharePressure<'a, R, D> {
+/// After stage 3: they share the stress of the nodal forces.
+pub(super) struct ShareStress<'a, R, D> {
     volume: &'a Column<R>,
     group: &'a Column<u8>,
     scratch: &'a mut Scratch<R>,
@@ -47,11 +54,11 @@ impl<'a, R, D> ShareRate<'a, R, D> {
     }
 }
 
-impl<'a, R, D> SharePressure<'a, R, D> {
+impl<'a, R, D> ShareStress<'a, R, D> {
     /// Of a block's points, with their forces in the scratch.
     #[inline(always)]
     pub(super) fn of(volume: &'a Column<R>, group: &'a Column<u8>, scratch: &'a mut Scratch<R>) -> Self {
-        SharePressure { volume, group, scratch, dimension: PhantomData }
+        ShareStress { volume, group, scratch, dimension: PhantomData }
     }
 }
 
@@ -60,18 +67,18 @@ impl<R: Real, D: Dimension> Kernel<R> for ShareRate<'_, R, D> {
 
     #[inline(always)]
     fn run<S: Simd<Scalar = R>>(self) {
-        Groups::of(self.volume, self.group).share_rate::<D>(&mut self.scratch.gradients);
+        Groups::of(self.volume, self.group).share::<S, D, false>(&mut self.scratch.gradients, 0);
     }
 }
 
-impl<R: Real, D: Dimension> Kernel<R> for SharePressure<'_, R, D> {
+impl<R: Real, D: Dimension> Kernel<R> for ShareStress<'_, R, D> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd<Scalar = R>>(self) {
         // In the plane force follows momentum in the same record.
         let first = if D::QUADS == 1 { 2 } else { 0 };
-        Groups::of(self.volume, self.group).share_pressure::<D>(&mut self.scratch.gradients, first);
+        Groups::of(self.volume, self.group).share::<S, D, true>(&mut self.scratch.gradients, first);
     }
 }
 
@@ -98,42 +105,44 @@ impl<'a, R: Real> Groups<'a, R> {
         Groups { volume, group, inverse }
     }
 
-    /// Gives each point's velocity gradient the mean trace of its group.
+    /// Gives each point the average of its group, but for the part `OWN` of its own shape.
     ///
-    /// * `rows`: by axis and point, derivatives of the velocity's components along the axis
+    /// * `rows`: by axis and point, from entry `first` on a column of the point's matrix; velocity gradients,
+    ///   or with `BY_VOLUME` stresses times volumes
     #[inline(always)]
-    fn share_rate<D: Dimension>(&self, rows: &mut [Rows<R>; 3]) {
-        let mut mean = [R::ZERO; BLOCK];
+    fn share<S: Simd<Scalar = R>, D: Dimension, const BY_VOLUME: bool>(
+        &self,
+        rows: &mut [Rows<R>; 3],
+        first: usize,
+    ) {
+        let mut sums = [[[R::ZERO; 4]; BLOCK]; 3];
+        for axis in 0..D::AXES {
+            for lane in 0..BLOCK {
+                let sum = &mut sums[axis][place(self.group, lane)];
+                let row = S::Quad::load(&rows[axis][lane]);
+                let row = if BY_VOLUME { row } else { row * S::Quad::splat(self.volume[lane]) };
+                (S::Quad::load(sum) + row).store(sum);
+            }
+        }
+        let own = R::from_f64(OWN);
+        let share = own / R::from_f64(D::AXES as f64);
         for lane in 0..BLOCK {
-            mean[place(self.group, lane)] += self.volume[lane] * trace::<R, D>(rows, lane, 0);
-        }
-        for (mean, &inverse) in mean.iter_mut().zip(&self.inverse) {
-            *mean *= inverse;
-        }
-        let share = R::ONE / R::from_f64(D::AXES as f64);
-        for lane in 0..BLOCK {
-            let shift = share * (mean[place(self.group, lane)] - trace::<R, D>(rows, lane, 0));
-            shift_diagonal::<R, D>(rows, lane, 0, shift);
-        }
-    }
-
-    /// Gives each point's part in the nodal forces the mean pressure of its group.
-    ///
-    /// * `rows`: by column of the stress and point, −V/h times the stress from entry `first` on
-    #[inline(always)]
-    fn share_pressure<D: Dimension>(&self, rows: &mut [Rows<R>; 3], first: usize) {
-        let mut mean = [R::ZERO; BLOCK];
-        for lane in 0..BLOCK {
-            mean[place(self.group, lane)] += trace::<R, D>(rows, lane, first);
-        }
-        for (mean, &inverse) in mean.iter_mut().zip(&self.inverse) {
-            *mean *= inverse;
-        }
-        let share = R::ONE / R::from_f64(D::AXES as f64);
-        for lane in 0..BLOCK {
-            let of_group = self.volume[lane] * mean[place(self.group, lane)];
-            let shift = share * (of_group - trace::<R, D>(rows, lane, first));
-            shift_diagonal::<R, D>(rows, lane, first, shift);
+            let group = place(self.group, lane);
+            let weight = self.inverse[group] * if BY_VOLUME { self.volume[lane] } else { R::ONE };
+            let mut change = R::ZERO;
+            for axis in 0..D::AXES {
+                change += weight * sums[axis][group][first + axis] - rows[axis][lane][first + axis];
+            }
+            for axis in 0..D::AXES {
+                let of_group = S::Quad::load(&sums[axis][group]) * S::Quad::splat(weight);
+                let row = S::Quad::load(&rows[axis][lane]);
+                let mut mixed = [R::ZERO; 4];
+                S::Quad::splat(own).mul_add(row - of_group, of_group).store(&mut mixed);
+                mixed[first + axis] += share * change;
+                for k in first..first + D::AXES {
+                    rows[axis][lane][k] = mixed[k];
+                }
+            }
         }
     }
 }
@@ -144,54 +153,39 @@ fn place(group: &Column<u8>, lane: usize) -> usize {
     usize::from(group[lane]) % BLOCK
 }
 
-/// Sum of the diagonal of a point's matrix, whose columns are entries of `rows` from `first` on.
-#[inline(always)]
-fn trace<R: Real, D: Dimension>(rows: &[Rows<R>; 3], lane: usize, first: usize) -> R {
-    let mut sum = R::ZERO;
-    for axis in 0..D::AXES {
-        sum += rows[axis][lane][first + axis];
-    }
-    sum
-}
-
-/// Adds to the diagonal of a point's matrix.
-#[inline(always)]
-fn shift_diagonal<R: Real, D: Dimension>(rows: &mut [Rows<R>; 3], lane: usize, first: usize, shift: R) {
-    for axis in 0..D::AXES {
-        rows[axis][lane][first + axis] += shift;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::dimension::{PlaneStrain, ThreeDimensional};
+    use crate::simd::{InstructionSet, dispatch};
 
     /// Numbers that look random, in [−1, 1).
     fn noise(k: usize) -> f64 {
         ((k as f64 * 12.9898).sin() * 43_758.545_3).fract()
     }
 
-    /// Stress power with the shared rate is the power of the shared stress with the points' own rates: what
-    /// makes the energy close. Points of a group have one trace afterwards, and what is not volumetric stays.
+    /// Stress power with the shared gradient is the power of the shared stress with the points' own gradients:
+    /// what makes the energy close. Points of a group have one trace afterwards, and of what else they differ
+    /// in a tenth.
     fn check<D: Dimension>(first: usize) {
         let group: Column<u8> = std::array::from_fn(|lane| (7 * lane % 19) as u8);
         // Every ninth place has no point.
         let volume: Column<f64> =
             std::array::from_fn(|lane| if lane % 9 == 8 { 0.0 } else { 1.5 + noise(lane) });
-        let groups = Groups::of(&volume, &group);
-        let (mut rates, mut forces) = (Scratch::<f64>::new().gradients, Scratch::<f64>::new().gradients);
+        let (mut rates, mut forces) = (Scratch::<f64>::new(), Scratch::<f64>::new());
         for axis in 0..D::AXES {
             for lane in 0..BLOCK {
                 for k in 0..D::AXES {
-                    rates[axis][lane][k] = noise(100 * lane + 10 * axis + k);
-                    forces[axis][lane][first + k] = volume[lane] * noise(7000 + 100 * lane + 10 * axis + k);
+                    rates.gradients[axis][lane][k] = noise(100 * lane + 10 * axis + k);
+                    forces.gradients[axis][lane][first + k] =
+                        volume[lane] * noise(7000 + 100 * lane + 10 * axis + k);
                 }
             }
         }
-        let (own_rates, own_forces) = (rates, forces);
-        groups.share_rate::<D>(&mut rates);
-        groups.share_pressure::<D>(&mut forces, first);
+        let (own_rates, own_forces) = (rates.gradients, forces.gradients);
+        dispatch(InstructionSet::Portable, ShareRate::<f64, D>::of(&volume, &group, &mut rates));
+        dispatch(InstructionSet::Portable, ShareStress::<f64, D>::of(&volume, &group, &mut forces));
+        let (rates, forces) = (rates.gradients, forces.gradients);
         let power = |rates: &[Rows<f64>; 3], forces: &[Rows<f64>; 3]| -> f64 {
             let mut sum = 0.0;
             for axis in 0..D::AXES {
@@ -210,11 +204,12 @@ mod tests {
         for lane in (0..BLOCK).filter(|&lane| volume[lane] > 0.0) {
             let other = (0..BLOCK).find(|&other| group[other] == group[lane] && volume[other] > 0.0);
             let other = other.expect("the point itself at least");
-            let (a, b) = (trace::<f64, D>(&rates, lane, 0), trace::<f64, D>(&rates, other, 0));
+            let trace = |lane: usize| (0..D::AXES).map(|axis| rates[axis][lane][axis]).sum::<f64>();
+            let (a, b) = (trace(lane), trace(other));
             assert!((a - b).abs() < 1e-14 * 10.0, "traces {a} and {b} in one group");
-            let difference = rates[0][lane][0] - rates[1][lane][1];
-            let before = own_rates[0][lane][0] - own_rates[1][lane][1];
-            assert!((difference - before).abs() < 1e-14 * 10.0, "{difference} was {before}");
+            let apart = |rows: &[Rows<f64>; 3]| rows[0][lane][1] - rows[0][other][1];
+            let (now, before) = (apart(&rates), OWN * apart(&own_rates));
+            assert!((now - before).abs() < 1e-14 * 10.0, "{now}, {before} expected");
         }
     }
 

@@ -1,0 +1,227 @@
+//! Rows of points at the edge's path: those that it would cut are laid anew so that they end at it.
+//!
+//! ```text
+//!   before           after, more than half above   after, less than half above
+//!   ┌────┐ c         ┌────┐ c   thinner            ┌────┐ d   thicker
+//!   ├────┤ b         ├────┤ b                      │    │
+//!   │    │           │    │                        ├────┤ c
+//!   ├────┤ a         ├────┤ a                      ├────┤ b
+//! ──│────│── path    ══════════                    ══════════
+//!   ├────┤ w         │    │ w   thicker            └────┘ a   thinner
+//!   └────┘           └────┘
+//! ```
+//!
+//! The chip's lowest rows are full points then, and the rest is taken by the third. What a new row consists
+//! of is averaged by volume: mass, momentum and heat are kept, and what averages lose of the energy is
+//! counted.
+
+use crate::dimension::Dimension;
+use crate::material::ConstitutiveModel;
+use crate::partition::Partition;
+use crate::points::{Block, Side};
+use crate::simd::Real;
+
+/// Rows of the chip that are laid anew.
+const LAID: usize = 3;
+/// Rows looked at on either side of the path.
+const BAND: f64 = 6.0;
+/// Part of a row that may stand beyond the path (-).
+const SLIVER: f64 = 0.02;
+/// How far points of a column may stand apart across it (spacings).
+const ACROSS: f64 = 0.7;
+
+/// A point near the path.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row {
+    /// Chunk, block and lane.
+    pub(super) at: [usize; 3],
+    /// Position (m).
+    pub(super) place: [f64; 3],
+    /// Height as part of a row (m).
+    pub(super) height: f64,
+    /// Height of the path where it passes the point (m).
+    pub(super) path: f64,
+    /// Its side so far.
+    pub(super) side: Side,
+}
+
+/// Points near the path, in the order of memory.
+pub(super) struct Rows {
+    spacing: f64,
+    /// Points behind it get a side (m).
+    line: f64,
+    rows: Vec<Row>,
+}
+
+impl Rows {
+    pub(super) fn new(spacing: f64, line: f64) -> Self {
+        Rows { spacing, line, rows: Vec::new() }
+    }
+
+    /// Takes a point if it is near the path.
+    pub(super) fn takes(&mut self, row: &Row) -> bool {
+        let is_near = (row.place[1] - row.path).abs() < BAND * self.spacing;
+        if is_near {
+            self.rows.push(*row);
+        }
+        is_near
+    }
+
+    /// Gives the points behind the line their sides, and lays rows anew; returns the energy (J) lost.
+    pub(super) fn part<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
+        mut self,
+        partition: &mut Partition<R, D, M::State>,
+        model: &M,
+    ) -> f64 {
+        let mut lost = 0.0;
+        for k in 0..self.rows.len() {
+            let Row { place: [x, y, _], height, path, side, .. } = self.rows[k];
+            if side != Side::Uncut || x < self.line {
+                continue;
+            }
+            let above = (y + 0.5 * height - path) / height;
+            let is_cut = above > SLIVER && above < 1.0 - SLIVER;
+            self.rows[k].side = if above >= 0.5 { Side::Chip } else { Side::Work };
+            if is_cut {
+                lost += self.lay(k, partition, model);
+            }
+        }
+        for row in &self.rows {
+            let [chunk, block, lane] = row.at;
+            let second = &partition.layout.second;
+            let block = &mut partition.chunks[chunk].blocks[block];
+            block.side[lane] = row.side;
+            block.node[0][lane] = second.moved_to(block.node[0][lane], row.side == Side::Chip);
+        }
+        lost
+    }
+
+    /// The point next to point `k` above (1) or below (−1) it.
+    fn next(&self, k: usize, direction: f64) -> Option<usize> {
+        let from = self.rows[k];
+        let mut best = None;
+        for (other, row) in self.rows.iter().enumerate() {
+            let apart = |axis: usize| row.place[axis] - from.place[axis];
+            let along = direction * apart(1);
+            let expected = 0.5 * (from.height + row.height);
+            let is_beside = (apart(0).abs()).max(apart(2).abs()) < ACROSS * self.spacing;
+            if other == k || !is_beside || along < 0.3 * expected || along > 1.8 * expected {
+                continue;
+            }
+            let miss = apart(0).powi(2) + apart(2).powi(2) + (along - expected).powi(2);
+            if best.is_none_or(|(_, least)| miss < least) {
+                best = Some((other, miss));
+            }
+        }
+        best.map(|(other, _)| other)
+    }
+
+    /// Lays the rows around cut point `k` anew.
+    fn lay<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
+        &mut self,
+        k: usize,
+        partition: &mut Partition<R, D, M::State>,
+        model: &M,
+    ) -> f64 {
+        // The column, from the row that stays on the workpiece up.
+        let goes_up = self.rows[k].side == Side::Chip;
+        let mut column = Vec::with_capacity(LAID + 1);
+        if goes_up {
+            // Nothing stays below it where there is nothing.
+            let Some(below) = self.next(k, -1.0) else { return 0.0 };
+            column.push(below);
+        }
+        column.push(k);
+        while column.len() <= LAID
+            && let Some(above) = self.next(*column.last().expect("it has point k"), 1.0)
+        {
+            column.push(above);
+        }
+        if column.len() < 2 {
+            return 0.0;
+        }
+        // Borders of the rows, from the lowest point's lower one up.
+        let Row { place, height, path, .. } = self.rows[k];
+        let mut old = vec![0.0];
+        for &row in &column {
+            old.push(old.last().expect("it has one") + self.rows[row].height);
+        }
+        let at = if goes_up { old[1] } else { 0.0 } + path - (place[1] - 0.5 * height);
+        let (top, rows) = (*old.last().expect("it has several"), column.len());
+        let mut new = vec![0.0, at];
+        for row in 2..rows {
+            new.push(at + self.spacing * (row - 1) as f64);
+        }
+        new.push(top);
+        // Too little may be left for the uppermost.
+        if new[rows] - new[rows - 1] < 0.3 * self.spacing {
+            return 0.0;
+        }
+        self.average(&column, (&old, &new), partition, model)
+    }
+
+    /// Gives the rows of a column new borders; each becomes the average of what it consists of.
+    fn average<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
+        &mut self,
+        column: &[usize],
+        (old, new): (&[f64], &[f64]),
+        partition: &mut Partition<R, D, M::State>,
+        model: &M,
+    ) -> f64 {
+        let count = column.len();
+        let overlap =
+            |row: usize, from: usize| (new[row + 1].min(old[from + 1]) - new[row].max(old[from])).max(0.0);
+        let before = self.energy(column, partition, model);
+        let axes = D::AXES;
+        for k in axes..Block::<R, D, M::State>::columns() {
+            let values: Vec<f64> = column
+                .iter()
+                .map(|&row| {
+                    let [chunk, block, lane] = self.rows[row].at;
+                    partition.chunks[chunk].blocks[block].column(k)[lane].to_f64()
+                })
+                .collect();
+            for (row, &point) in column.iter().enumerate() {
+                let height = new[row + 1] - new[row];
+                let value = if k == 2 * axes {
+                    values[row] * height / (old[row + 1] - old[row])
+                } else {
+                    (0..count).map(|from| overlap(row, from) * values[from]).sum::<f64>() / height
+                };
+                let [chunk, block, lane] = self.rows[point].at;
+                partition.chunks[chunk].blocks[block].column_mut(k)[lane] = R::from_f64(value);
+            }
+        }
+        for (row, &point) in column.iter().enumerate() {
+            let shift = 0.5 * (new[row] + new[row + 1] - old[row] - old[row + 1]);
+            let Row { at: [chunk, block, lane], .. } = self.rows[point];
+            let layout = &partition.layout;
+            let block = &mut partition.chunks[chunk].blocks[block];
+            let mut cells = layout.cells_of(block, lane);
+            cells[1] += shift / layout.cell;
+            layout.put(block, lane, cells);
+            let entry = &mut self.rows[point];
+            entry.place[1] += shift;
+            entry.height = new[row + 1] - new[row];
+            entry.side = if row == 0 { Side::Work } else { Side::Chip };
+        }
+        before - self.energy(column, partition, model)
+    }
+
+    /// Kinetic and elastic energy of a column's points (J).
+    fn energy<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
+        &self,
+        column: &[usize],
+        partition: &Partition<R, D, M::State>,
+        model: &M,
+    ) -> f64 {
+        let of_point = |&row: &usize| {
+            let [chunk, block, lane] = self.rows[row].at;
+            let block = &partition.chunks[chunk].blocks[block];
+            let square: f64 = (0..D::AXES).map(|axis| block.velocity[axis][lane].to_f64().powi(2)).sum();
+            let elastic = model.report(&block.state, lane).elastic_energy;
+            block.volume[lane].to_f64() * (0.5 * model.density() * square + elastic)
+        };
+        column.iter().map(of_point).sum()
+    }
+}
