@@ -14,7 +14,7 @@ use super::flow_law::{Ahead, FlowLaw, LocalFlow, Trial, Tried, least, tiny};
 use super::hardening::{Hardening, PowerLaw, Strength};
 use super::rate::{KnownReturn, KnownStrength, Nearby, QuasiStatic, RateDependent, RateEffect};
 use crate::scene::Constants;
-use crate::simd::{Mask, Real, Vector};
+use crate::simd::{Mask, Real, Vector, each};
 
 /// How well the first guess solves for the rate (-): the strength at rest is not known better.
 const ROUGHLY: f64 = 0.3;
@@ -144,14 +144,15 @@ impl<V: Vector, Q: RateEffect<V::Scalar>> LocalFlow<V> for Factors<V, Q> {
         let steepness = slope.mul_add(factor, trial.three_mu);
         let strain = trial.strain + x;
         // A parabola far from its guess may turn round: second derivatives only where the way is short.
-        let is_near = residual.abs().le(V::constant(0.01) * steepness.max(trial.least) * strain);
+        let miss = [residual.abs(), V::constant(0.01) * steepness.max(trial.least) * strain];
+        let is_near = miss[0].le(miss[1]);
         let zero = V::constant(0.0);
-        let half =
-            |second: V| if curves { V::select(is_near, V::constant(0.5) * second, zero) } else { zero };
+        let second = [strength.curvature, strength.softening_curvature];
+        let half: [V; 2] = each!(k < 2 => if curves { V::select(is_near, V::constant(0.5) * second[k], zero) } else { zero });
         let nearby = Nearby {
             about: x,
-            hardened: [hardened, strength.slope, half(strength.curvature)],
-            softening: [softening, strength.softening_slope, half(strength.softening_curvature)],
+            hardened: [hardened, strength.slope, half[0]],
+            softening: [softening, strength.softening_slope, half[1]],
             heating,
         };
         let known = KnownReturn {
@@ -163,7 +164,8 @@ impl<V: Vector, Q: RateEffect<V::Scalar>> LocalFlow<V> for Factors<V, Q> {
         // A step after which the rate, on known strength, is solved.
         let near_rate = V::constant(if V::Scalar::IS_SINGLE { 2e-2 } else { 1e-3 });
         let (root, is_exact) = rate.solve(&known, (x, factor), trial.dt, near_rate, trial.yields);
-        Root { root, is_exact, is_near, is_steep: steepness.gt(trial.least), strain, nearby, curves, softens }
+        let steepness = [steepness, trial.least];
+        Root { root, is_exact, miss, steepness, strain, nearby, curves, softens }
     }
 }
 
@@ -172,8 +174,10 @@ impl<V: Vector, Q: RateEffect<V::Scalar>> LocalFlow<V> for Factors<V, Q> {
 pub struct Root<V: Vector> {
     root: V,
     is_exact: V::Mask,
-    is_near: V::Mask,
-    is_steep: V::Mask,
+    /// What the return misses by (Pa), and up to where parabolas hold.
+    miss: [V; 2],
+    /// Steepness of the return, and the least that there must be (Pa).
+    steepness: [V; 2],
     /// ε̄ (-) about which the strength is known.
     strain: V,
     nearby: Nearby<V>,
@@ -206,7 +210,8 @@ impl<V: Vector> Ahead<V> for Root<V> {
         let softened = softening_slope * heating[1].mul_add(step, heating[0]) * step;
         let is_short = step.abs().le(near * self.strain) & softened.abs().le(most) & is_smooth;
         let is_tiny = step.abs().le(tiny::<V>() * self.nearby.about);
-        self.is_exact & (self.is_near & is_short | is_tiny) & self.is_steep
+        let is_near = self.miss[0].le(self.miss[1]);
+        self.is_exact & (is_near & is_short | is_tiny) & self.steepness[0].gt(self.steepness[1])
     }
 
     #[inline(always)]
