@@ -14,7 +14,7 @@ use super::flow_law::{Ahead, FlowLaw, LocalFlow, Trial, Tried, least, tiny};
 use super::hardening::{Hardening, PowerLaw, Strength};
 use super::rate::{KnownReturn, KnownStrength, Nearby, QuasiStatic, RateDependent, RateEffect};
 use crate::scene::Constants;
-use crate::simd::{Mask, Real, Vector, each};
+use crate::simd::{Mask, Real, Vector};
 
 /// How well the first guess solves for the rate (-): the strength at rest is not known better.
 const ROUGHLY: f64 = 0.3;
@@ -109,6 +109,13 @@ impl<R: Real, H: Hardening<R>, Q: RateEffect<R>, T: ThermalEffect<R>> FlowLaw<R>
     }
 }
 
+/// Half of a second derivative where it is known and the way is short, else zero.
+#[inline(always)]
+fn half_near<V: Vector>(second: V, is_near: V::Mask, is_known: bool) -> V {
+    let zero = V::constant(0.0);
+    if is_known { V::select(is_near, V::constant(0.5) * second, zero) } else { zero }
+}
+
 /// The factors at one increment.
 #[derive(Clone, Copy, Debug)]
 pub struct Factors<V, Q> {
@@ -146,13 +153,14 @@ impl<V: Vector, Q: RateEffect<V::Scalar>> LocalFlow<V> for Factors<V, Q> {
         // A parabola far from its guess may turn round: second derivatives only where the way is short.
         let miss = [residual.abs(), V::constant(0.01) * steepness.max(trial.least) * strain];
         let is_near = miss[0].le(miss[1]);
-        let zero = V::constant(0.0);
-        let second = [strength.curvature, strength.softening_curvature];
-        let half: [V; 2] = each!(k < 2 => if curves { V::select(is_near, V::constant(0.5) * second[k], zero) } else { zero });
+        let halves = [
+            half_near(strength.curvature, is_near, curves),
+            half_near(strength.softening_curvature, is_near, curves),
+        ];
         let nearby = Nearby {
             about: x,
-            hardened: [hardened, strength.slope, half[0]],
-            softening: [softening, strength.softening_slope, half[1]],
+            hardened: [hardened, strength.slope, halves[0]],
+            softening: [softening, strength.softening_slope, halves[1]],
             heating,
         };
         let known = KnownReturn {
@@ -192,7 +200,7 @@ impl<V: Vector> Ahead<V> for Root<V> {
     }
 
     #[inline(always)]
-    fn is_known(&self, step: V) -> V::Mask {
+    fn keep_known(&self, step: V, points: &mut V::Mask) {
         let (zero, one) = (V::constant(0.0), V::constant(1.0));
         // What parabolas, or lines for a law without second derivatives, miss is of the third, or second,
         // order in the step over the strain and over what has softened: below the tolerance with these.
@@ -211,7 +219,8 @@ impl<V: Vector> Ahead<V> for Root<V> {
         let is_short = step.abs().le(near * self.strain) & softened.abs().le(most) & is_smooth;
         let is_tiny = step.abs().le(tiny::<V>() * self.nearby.about);
         let is_near = self.miss[0].le(self.miss[1]);
-        self.is_exact & (is_near & is_short | is_tiny) & self.steepness[0].gt(self.steepness[1])
+        let is_steep = self.steepness[0].gt(self.steepness[1]);
+        *points = *points & self.is_exact & (is_near & is_short | is_tiny) & is_steep;
     }
 
     #[inline(always)]
