@@ -96,9 +96,10 @@ pub trait Ahead<V: Vector>: Copy {
     /// The increment there (-); it may lie outside the bracket.
     fn increment(&self) -> V;
 
-    /// Points whose flow stress is as good as known after a step (-) in the increment: no second look is
-    /// needed there.
-    fn is_known(&self, step: V) -> V::Mask;
+    /// Leaves of `points` those whose flow stress is as good as known after a step (-) in the increment: no
+    /// second look is needed there. In place, since a mask that is given back is packed into an integer where
+    /// vectors are arrays.
+    fn keep_known(&self, step: V, points: &mut V::Mask);
 
     /// Flow stress at rest (Pa) at an increment (-) nearby.
     fn at_rest(&self, increment: V) -> V;
@@ -117,7 +118,7 @@ pub(super) fn tiny<V: Vector>() -> V {
 }
 
 /// A stress and its slopes.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Branch<V> {
     /// The stress (Pa).
     pub stress: V,
@@ -125,6 +126,14 @@ pub struct Branch<V> {
     pub per_strain: V,
     /// Its derivative with respect to temperature (Pa/K).
     pub per_kelvin: V,
+}
+
+impl<V: Vector> Branch<V> {
+    /// Its derivative with respect to plastic strain (Pa) when that heats by so much (K).
+    #[inline(always)]
+    fn along(&self, heating: V) -> V {
+        heating.mul_add(self.per_kelvin, self.per_strain)
+    }
 }
 
 /// All that a law of any form need tell: Newton's steps do the rest.
@@ -158,15 +167,14 @@ impl<V: Vector> LocalFlow<V> for Slopes<V> {
     fn ahead(&self, trial: &Trial<V>, tried: &Tried<V>) -> NewtonStep<V> {
         let x = tried.increment;
         let heating = tried.heating[0];
-        let along = |branch: &Branch<V>| heating.mul_add(branch.per_kelvin, branch.per_strain);
-        let steepness = trial.three_mu + along(&self.flow) + self.per_log_rate / x;
+        let steepness = trial.three_mu + self.flow.along(heating) + self.per_log_rate / x;
         let step = tried.residual / steepness.max(trial.least);
         NewtonStep {
             from: x,
             to: (x + step).max(V::constant(0.1) * x),
             holds: self.is_smooth & steepness.gt(trial.least),
             at_rest: self.at_rest.stress,
-            at_rest_slope: along(&self.at_rest),
+            at_rest_slope: self.at_rest.along(heating),
         }
     }
 }
@@ -188,8 +196,8 @@ impl<V: Vector> Ahead<V> for NewtonStep<V> {
     }
 
     #[inline(always)]
-    fn is_known(&self, step: V) -> V::Mask {
-        self.holds & step.abs().le(tiny::<V>() * self.from)
+    fn keep_known(&self, step: V, points: &mut V::Mask) {
+        *points = *points & self.holds & step.abs().le(tiny::<V>() * self.from);
     }
 
     #[inline(always)]

@@ -109,6 +109,13 @@ impl<R: Real, H: Hardening<R>, Q: RateEffect<R>, T: ThermalEffect<R>> FlowLaw<R>
     }
 }
 
+/// Half of a second derivative where it is known and the way is short, else zero.
+#[inline(always)]
+fn half_near<V: Vector>(second: V, is_near: V::Mask, is_known: bool) -> V {
+    let zero = V::constant(0.0);
+    if is_known { V::select(is_near, V::constant(0.5) * second, zero) } else { zero }
+}
+
 /// The factors at one increment.
 #[derive(Clone, Copy, Debug)]
 pub struct Factors<V, Q> {
@@ -144,14 +151,16 @@ impl<V: Vector, Q: RateEffect<V::Scalar>> LocalFlow<V> for Factors<V, Q> {
         let steepness = slope.mul_add(factor, trial.three_mu);
         let strain = trial.strain + x;
         // A parabola far from its guess may turn round: second derivatives only where the way is short.
-        let is_near = residual.abs().le(V::constant(0.01) * steepness.max(trial.least) * strain);
-        let zero = V::constant(0.0);
-        let half =
-            |second: V| if curves { V::select(is_near, V::constant(0.5) * second, zero) } else { zero };
+        let miss = [residual.abs(), V::constant(0.01) * steepness.max(trial.least) * strain];
+        let is_near = miss[0].le(miss[1]);
+        let halves = [
+            half_near(strength.curvature, is_near, curves),
+            half_near(strength.softening_curvature, is_near, curves),
+        ];
         let nearby = Nearby {
             about: x,
-            hardened: [hardened, strength.slope, half(strength.curvature)],
-            softening: [softening, strength.softening_slope, half(strength.softening_curvature)],
+            hardened: [hardened, strength.slope, halves[0]],
+            softening: [softening, strength.softening_slope, halves[1]],
             heating,
         };
         let known = KnownReturn {
@@ -163,7 +172,8 @@ impl<V: Vector, Q: RateEffect<V::Scalar>> LocalFlow<V> for Factors<V, Q> {
         // A step after which the rate, on known strength, is solved.
         let near_rate = V::constant(if V::Scalar::IS_SINGLE { 2e-2 } else { 1e-3 });
         let (root, is_exact) = rate.solve(&known, (x, factor), trial.dt, near_rate, trial.yields);
-        Root { root, is_exact, is_near, is_steep: steepness.gt(trial.least), strain, nearby, curves, softens }
+        let steepness = [steepness, trial.least];
+        Root { root, is_exact, miss, steepness, strain, nearby, curves, softens }
     }
 }
 
@@ -172,8 +182,10 @@ impl<V: Vector, Q: RateEffect<V::Scalar>> LocalFlow<V> for Factors<V, Q> {
 pub struct Root<V: Vector> {
     root: V,
     is_exact: V::Mask,
-    is_near: V::Mask,
-    is_steep: V::Mask,
+    /// What the return misses by (Pa), and up to where parabolas hold.
+    miss: [V; 2],
+    /// Steepness of the return, and the least that there must be (Pa).
+    steepness: [V; 2],
     /// ε̄ (-) about which the strength is known.
     strain: V,
     nearby: Nearby<V>,
@@ -188,7 +200,7 @@ impl<V: Vector> Ahead<V> for Root<V> {
     }
 
     #[inline(always)]
-    fn is_known(&self, step: V) -> V::Mask {
+    fn keep_known(&self, step: V, points: &mut V::Mask) {
         let (zero, one) = (V::constant(0.0), V::constant(1.0));
         // What parabolas, or lines for a law without second derivatives, miss is of the third, or second,
         // order in the step over the strain and over what has softened: below the tolerance with these.
@@ -206,7 +218,9 @@ impl<V: Vector> Ahead<V> for Root<V> {
         let softened = softening_slope * heating[1].mul_add(step, heating[0]) * step;
         let is_short = step.abs().le(near * self.strain) & softened.abs().le(most) & is_smooth;
         let is_tiny = step.abs().le(tiny::<V>() * self.nearby.about);
-        self.is_exact & (self.is_near & is_short | is_tiny) & self.is_steep
+        let is_near = self.miss[0].le(self.miss[1]);
+        let is_steep = self.steepness[0].gt(self.steepness[1]);
+        *points = *points & self.is_exact & (is_near & is_short | is_tiny) & is_steep;
     }
 
     #[inline(always)]

@@ -16,7 +16,7 @@ use super::effects::ThermalEffect;
 use super::elasticity::Elasticity;
 use super::flow_law::{Ahead, FlowLaw, LocalFlow, Trial, Tried, least};
 use crate::points::Column;
-use crate::simd::{Kernel, Mask, Real, Simd, Vector};
+use crate::simd::{Kernel, Mask, Real, Simd, Vector, each};
 
 /// Most evaluations of the strength in one return. One or two suffice; a law steeper than 3μ, whose slope
 /// says little, takes up to 100.
@@ -91,8 +91,8 @@ impl<V: Vector, L: FlowLaw<V::Scalar>, G: DamageEffect<V::Scalar>> Kernel<V::Sca
             let too_small = residual.gt(zero);
             low = V::select(too_small, x, low);
             high = V::select(too_small, high, x);
-            let heat = |work| heated.rise(damage_law.carried(damage, lane, work));
-            let heating = [heat(stress - three_mu * x), heat(-three_mu)];
+            let work = [stress - three_mu * x, -three_mu];
+            let heating: [V; 2] = each!(k < 2 => heated.rise(damage_law.carried(damage, lane, work[k])));
             let ahead = local.ahead(&trial, &Tried { increment: x, residual, heating });
             let root = ahead.increment();
             // Outside the bracket, or where steps go to and fro: the geometric mean, because the root may lie
@@ -103,7 +103,8 @@ impl<V: Vector, L: FlowLaw<V::Scalar>, G: DamageEffect<V::Scalar>> Kernel<V::Sca
             let inside = root.gt(low) & root.lt(high) & !stalls;
             let next = V::select(closed, x, V::select(inside, root, mean));
             // No second look where the flow stress is as good as known at the end of a step.
-            let arrives = inside & ahead.is_known(next - x);
+            let mut arrives = inside;
+            ahead.keep_known(next - x, &mut arrives);
             x = next;
             if (closed | arrives | !yields).all() {
                 quasi_static = V::select(closed, quasi_static, ahead.at_rest(x));

@@ -21,7 +21,7 @@ use super::effects::{Adiabatic, ThermalEffect};
 use super::flow_law::{Branch, FlowLaw, Slopes, Trial, least};
 use crate::scene::Constants;
 use crate::simd::math::{exp, ln, pow};
-use crate::simd::{Mask, Real, Vector};
+use crate::simd::{Mask, Real, Vector, each};
 
 /// Width of the range below the melting temperature in which strength ends (K): between solidus and liquidus
 /// of a carbon steel lie some tens of kelvin (assumed).
@@ -76,6 +76,12 @@ impl<R: Real> ZerilliArmstrong<R> {
     pub fn full(constants: &Constants, initial: f64) -> Self {
         Self::new(constants, Adiabatic::of(constants, initial))
     }
+}
+
+/// Points further off a kink than a thousandth of a scale.
+#[inline(always)]
+fn is_off<V: Vector>(distance: V, scale: V) -> V::Mask {
+    distance.abs().gt(V::constant(1e-3) * scale)
 }
 
 impl<R: Real> FlowLaw<R> for ZerilliArmstrong<R> {
@@ -146,19 +152,18 @@ impl<R: Real> FlowLaw<R> for ZerilliArmstrong<R> {
         let left = (V::splat(self.melting) - temperature) * inverse;
         let solid = left.max(zero).min(one);
         let melts = V::select(left.gt(zero) & left.lt(one), -inverse, zero);
-        let branch = |thermal: V, per_kelvin: V| Branch {
-            stress: solid * (athermal + thermal),
+        let (heated, per_kelvin) = ([thermal, thermal_at_rest], [per_kelvin, -c3]);
+        let [flow, at_rest]: [Branch<V>; 2] = each!(k < 2 => Branch {
+            stress: solid * (athermal + heated[k]),
             per_strain: solid * hardening,
-            per_kelvin: solid * (thermal * per_kelvin) + melts * (athermal + thermal),
-        };
+            per_kelvin: solid * (heated[k] * per_kelvin[k]) + melts * (athermal + heated[k]),
+        });
 
         let rate_counts = rate.gt(one) & open.lt(zero);
-        let near = V::constant(1e-3);
-        let is_off = |distance: V, scale: V| distance.abs().gt(near * scale);
         Slopes {
-            flow: branch(thermal, per_kelvin),
+            flow,
             per_log_rate: V::select(rate_counts, solid * thermal * c4 * temperature, zero),
-            at_rest: branch(thermal_at_rest, -c3),
+            at_rest,
             is_smooth: is_off(rate - one, one)
                 & (is_off(open, c3) | c3.le(zero))
                 & is_off(left, one)
