@@ -302,8 +302,8 @@ impl Session {
 
     /// The points' fields at the solver's clock.
     pub fn point_fields(&self) -> PointFields {
-        let mut fields =
-            PointFields { time: self.run.start + self.solver.progress().clock, ..Default::default() };
+        let (time, cell) = (self.run.start + self.solver.progress().clock, self.run.scene.numerics.cell());
+        let mut fields = PointFields { time, cell, ..Default::default() };
         let mut points = Vec::with_capacity(self.solver.points());
         self.solver.visit_points(&mut |point| points.push(*point));
         points.sort_unstable_by_key(|point| point.id);
@@ -316,6 +316,8 @@ impl Session {
             fields.plastic_strain.push(point.report.plastic_strain);
             fields.temperature.push(point.report.temperature);
             fields.jacobian.push(point.report.jacobian);
+            fields.damage.push(point.report.damage);
+            fields.tail.push(point.is_tail);
         }
         let tool = self.solver.tool();
         let outline = tool.shape.outline(16).into_iter();
