@@ -87,10 +87,7 @@ class Cut:
         self.name = f"{name} {next(NUMBERS)}"
         self.messages = MESSAGES.setdefault(self.name, [])
         self.variables = {v.name: v for v in description.modelVariables}
-        # A time of the machine is no part of the state and differs from run to run.
-        machine = "numerics.estimated_cpu_time"
-        outputs = [v.name for v in description.modelVariables if v.causality == "output"]
-        self.outputs = [name for name in outputs if name != machine]
+        self.outputs = [v.name for v in description.modelVariables if v.causality == "output"]
         self.slave = FMU2Slave(
             guid=description.guid,
             unzipDirectory=folder,

@@ -52,16 +52,38 @@ fn a_large_scene_is_estimated_from_a_coarser_one() {
     assert!((ratio - 1.0).abs() < 0.05, "{} substeps estimated, the first of {first} s", estimate.substeps);
 }
 
-/// The estimate makes substeps of a copy: the run itself must not know of it.
+/// The measured estimate makes substeps of a copy: the run itself must not know of it.
 #[test]
 fn an_estimate_leaves_no_trace() {
     let mut asked = Session::new(&small(5e-5, Speed::Exact), 0.0).unwrap();
     let mut other = asked.clone();
-    asked.estimate(4e-6).unwrap();
+    assert!(asked.estimate_on_this_machine(4e-6).unwrap() > 0.0);
     for session in [&mut asked, &mut other] {
         session.advance_to(5e-7, &mut |_| true).unwrap();
     }
     assert!(asked.save() == other.save(), "states differ after an estimate");
+}
+
+/// Regressions compare all outputs, so an output may not hang on the machine: what is returned is the same in
+/// every run, goes with the inverse of the rate and is part of a state.
+#[test]
+fn the_estimate_that_is_returned_is_the_same_in_every_run() {
+    let estimate = |rate: f64| {
+        let mut scene = small(5e-5, Speed::Exact);
+        scene.numerics.point_rate = rate;
+        let mut session = Session::new(&scene, 0.0).unwrap();
+        let estimate = session.estimate(4e-5).unwrap().cpu_seconds;
+        let restored = Session::restore(&session.save()).unwrap();
+        assert_eq!(restored.outputs().estimated_cpu_time, estimate);
+        estimate
+    };
+    let start = Scene::default().numerics.point_rate;
+    let first = estimate(start);
+    for _ in 0..5 {
+        assert_eq!(estimate(start).to_bits(), first.to_bits());
+    }
+    // Halving is exact.
+    assert_eq!(estimate(0.5 * start).to_bits(), (2.0 * first).to_bits());
 }
 
 /// A preset reaches the solver: spacing and speed level are in use, and the band is that of the price list.

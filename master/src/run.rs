@@ -67,7 +67,7 @@ pub fn estimate(options: &Options) -> Result<(), String> {
     let band = 100.0 * instance.get("numerics.force_error_band")?;
     let stop = time_text(stop);
     println!(
-        "to {stop}: about {cpu_seconds:.1} s of CPU time; cutting force within ±{band:.1} % by the price list"
+        "to {stop}: about {cpu_seconds:.1} s of CPU time by numerics.point_rate; cutting force within ±{band:.1} % by the price list"
     );
     println!("({} points; built and estimated in {took:.2} s)", instance.get("numerics.active_points")?);
     instance_terminate(&mut instance);
@@ -178,8 +178,9 @@ pub fn run(options: &Options) -> Result<Cut, String> {
 ///
 /// An FMU gives no value before it is initialized.
 fn start_text(options: &Options, fmu: &Fmu, name: &str) -> Option<String> {
-    let set = options.set_value(name).map(String::from);
-    set.or_else(|| fmu.description.variable(name).ok()?.start.clone())
+    let in_settings = |text| swarf::variables::settings::text_of(text, name);
+    let set = options.set_value(name).or_else(|| options.set_value("settings").and_then(in_settings));
+    set.map(String::from).or_else(|| fmu.description.variable(name).ok()?.start.clone())
 }
 
 /// A quantity's value at the start, in SI.

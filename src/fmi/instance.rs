@@ -15,7 +15,7 @@ use crate::scene::Scene;
 use crate::session::cost_estimate::Estimate;
 use crate::session::{Advance, Session};
 use crate::setup::checks;
-use crate::variables;
+use crate::variables::{self, format_real, settings};
 use std::collections::HashMap;
 use std::ffi::CString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -196,18 +196,34 @@ impl Instance {
     pub fn exit_initialization_mode(&mut self) -> Reply {
         self.require(&calls::EXIT_INITIALIZATION_MODE)?;
         let header = &mut self.model.header;
-        let in_use = in_use(&checks::check(&header.scene)?);
-        let mut session = Session::with_parameters(&header.scene, header.start, &in_use)?;
+        let (scene, settings) = settings::take_over(&header.scene)?;
+        let in_use = in_use(&checks::check(&scene)?);
+        let mut session = Session::with_parameters(&scene, header.start, &in_use)?;
+        header.scene = scene;
         // A scene that cannot even begin says so in its first step, where an importer expects it.
-        let estimate = session.estimate(header.stop.unwrap_or(header.start + USUAL_DURATION));
+        let stop = header.stop.unwrap_or(header.start + USUAL_DURATION);
+        let estimate = session.estimate(stop);
         header.time = header.start;
         header.state = State::StepComplete;
+        if let Some(text) = settings::summary(&settings) {
+            self.message(Status::Ok, Category::Events, &text);
+        }
         self.message(Status::Ok, Category::Events, &values_text(&in_use));
         self.message(Status::Ok, Category::Solver, &session.effects_summary());
         if let Ok(Estimate { substeps, cpu_seconds }) = estimate {
             let band = 100.0 * session.outputs().force_error_band;
+            let rate = format_real(session.scene().numerics.point_rate);
+            // Measured for who listens alone.
+            let measured = if self.categories.is_on(Category::Solver) {
+                session.estimate_on_this_machine(stop).ok()
+            } else {
+                None
+            };
+            let here =
+                measured.map_or(String::new(), |seconds| format!("; {seconds:.2} s as this machine is now"));
             let text = format!(
-                "estimate: {substeps:.0} substeps, {cpu_seconds:.2} s of CPU time; error band of the cutting force ±{band:.1} %"
+                "estimate: {substeps:.0} substeps, {cpu_seconds:.2} s of CPU time by numerics.point_rate = {rate} 1/s{here}; \
+                 error band of the cutting force ±{band:.1} %"
             );
             self.message(Status::Ok, Category::Solver, &text);
         }

@@ -123,9 +123,9 @@ impl Header {
     }
 }
 
-/// What stands around a model's bytes: format 3.
+/// What stands around a model's bytes: format 4.
 fn envelope(hash: &[u8]) -> Envelope<'_> {
-    Envelope { word: *b"SWARFFMU", format: 3, origin: hash, of: "this FMU" }
+    Envelope { word: *b"SWARFFMU", format: 4, origin: hash, of: "this FMU" }
 }
 
 fn damaged(text: &str) -> Error {

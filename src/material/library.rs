@@ -41,9 +41,23 @@ pub struct Entry {
     pub source: String,
 }
 
-/// The material of that name, if the library has it.
+/// The material of that name, if the library has it; case, spaces, underscores and hyphens do not count.
 pub fn find(name: &str) -> Option<&'static Entry> {
-    entries().iter().find(|entry| entry.name == name)
+    entries().iter().find(|entry| is_same_name(&entry.name, name))
+}
+
+/// The name as the library writes it; any other as it is.
+pub fn known_name(name: &str) -> &str {
+    if is_same_name(CUSTOM, name) { CUSTOM } else { find(name).map_or(name, |entry| &entry.name) }
+}
+
+/// Whether two names mean one material: some importers take no spaces, and nobody remembers the hyphens.
+fn is_same_name(a: &str, b: &str) -> bool {
+    let letters = |name: &str| {
+        let kept = name.chars().filter(|letter| !matches!(letter, ' ' | '_' | '-'));
+        kept.flat_map(char::to_lowercase).collect::<String>()
+    };
+    letters(a) == letters(b)
 }
 
 /// Names of all materials, in the file's order.
@@ -56,7 +70,7 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 /// `custom` takes the scene's constants. A name of the library takes the library's, and refuses a constant
 /// set to anything but its start ([`Scene::default`]) or the library's value. Ranges are checked elsewhere.
 pub fn resolve(material: &Material) -> Result<Constants, Error> {
-    if material.name == CUSTOM {
+    if known_name(&material.name) == CUSTOM {
         return Ok(material.constants.clone());
     }
     let Some(entry) = find(&material.name) else {
@@ -111,10 +125,10 @@ pub fn parse(text: &str) -> Result<Vec<Entry>, Error> {
     for record in library.material {
         let entry = Entry::from(record);
         let refuse = |text: String| Err(Error::Inconsistent(format!("the material library: {text}")));
-        if entry.name.trim().is_empty() || entry.name == CUSTOM {
+        if entry.name.trim().is_empty() || is_same_name(&entry.name, CUSTOM) {
             return refuse(format!("a material cannot be called '{}'", entry.name));
         }
-        if entries.iter().any(|other| other.name == entry.name) {
+        if entries.iter().any(|other| is_same_name(&other.name, &entry.name)) {
             return refuse(format!("{} stands there twice", entry.name));
         }
         if let Some((name, _, value)) =
@@ -480,6 +494,27 @@ mod tests {
         let mut asked = material(CUSTOM);
         asked.constants.density = 1.0;
         assert_eq!(resolve(&asked), Ok(asked.constants.clone()));
+    }
+
+    /// Containers of FMUs take no spaces, and no two materials differ by case or by what joins words alone.
+    #[test]
+    fn names_are_found_however_they_are_joined() {
+        for (asked, name) in [
+            ("AISI_1045", "AISI 1045"),
+            ("aisi1045", "AISI 1045"),
+            ("ti6al4v", "Ti-6Al-4V"),
+            ("TI 6AL 4V", "Ti-6Al-4V"),
+            ("al_2024_t351", "Al 2024-T351"),
+            ("ofhc-Copper", "OFHC copper"),
+            ("Custom", CUSTOM),
+            ("AISI 304", "AISI 304"),
+        ] {
+            assert_eq!(known_name(asked), name, "{asked}");
+        }
+        assert_eq!(resolve(&material("aisi-1045")), resolve(&material("AISI 1045")));
+        for material in names() {
+            assert_eq!(known_name(material), material);
+        }
     }
 
     /// An unknown name is answered with the names there are.

@@ -24,8 +24,21 @@ pub struct PointFields {
     pub temperature: Vec<f64>,
     /// Volume ratio det F (-).
     pub jacobian: Vec<f64>,
+    /// Damage (-), 1 for a point that has failed.
+    pub damage: Vec<f64>,
+    /// Whether a point belongs to the chip's rigid tail, which goes where no chip would; empty where none does.
+    pub tail: Vec<bool>,
+    /// Length of a grid cell (m).
+    pub cell: f64,
     /// The tool's outline, a closed polygon in the x-y plane (m).
     pub tool_outline: Vec<[f64; 2]>,
     /// The tool's velocity (m/s); not part of the files.
     pub tool_velocity: [f64; 2],
+}
+
+impl PointFields {
+    /// Whether the point of an index belongs to the chip's rigid tail.
+    pub fn is_tail(&self, index: usize) -> bool {
+        self.tail.get(index).copied().unwrap_or(false)
+    }
 }

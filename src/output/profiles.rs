@@ -7,6 +7,8 @@
 //!
 //! The stress under the surface is that of the frame's instant: still hot and still ringing right behind the
 //! tool. It is the residual stress of the finished part only after unloading and cooling.
+//!
+//! Points of the chip's rigid tail do not count: it passes through workpiece and chip.
 
 use std::fmt::Write as _;
 
@@ -109,7 +111,9 @@ pub fn under_surface(fields: &PointFields, stretch: [f64; 2], plane: f64, spacin
     let width = BIN * spacing;
     let samples = fields.position.iter().enumerate().filter_map(|(i, position)| {
         let depth = plane - position[1];
-        let is_in = (stretch[0]..stretch[1]).contains(&position[0]) && depth >= -SPRING_BACK * width;
+        let is_in = (stretch[0]..stretch[1]).contains(&position[0])
+            && depth >= -SPRING_BACK * width
+            && !fields.is_tail(i);
         let stress = &fields.stress[i];
         let values = [stress[0], stress[1], stress[5], fields.plastic_strain[i], fields.temperature[i]];
         is_in.then_some((depth.max(0.0), fields.mass[i], values))
@@ -133,8 +137,9 @@ pub fn along_rake(fields: &PointFields, face: &RakeFace, spacing: f64) -> Vec<Ro
         let from_start = [position[0] - face.start[0], position[1] - face.start[1]];
         let along = from_start[0] * tx + from_start[1] * ty;
         let distance = from_start[0] * nx + from_start[1] * ny;
-        let is_near =
-            (0.0..face.length).contains(&along) && (NEAR[0] * width..NEAR[1] * width).contains(&distance);
+        let is_near = (0.0..face.length).contains(&along)
+            && (NEAR[0] * width..NEAR[1] * width).contains(&distance)
+            && !fields.is_tail(i);
         let s = &fields.stress[i];
         let traction = [s[0] * nx + s[5] * ny, s[5] * nx + s[1] * ny];
         let values = [
@@ -297,6 +302,25 @@ mod tests {
             // some 20 µm.
             assert!((temperature - 500.0 - 1e5 * row.place * ty).abs() < 4.0, "{row:?}");
         }
+    }
+
+    /// Chip that is carried on as a rigid body goes through what is in its way, and leaves no trace there.
+    #[test]
+    fn a_tail_is_not_in_the_profiles() {
+        let fields = block(|_, _| ([1e9; 6], 1.0, 300.0));
+        let mut with_tail = fields.clone();
+        for number in 0..fields.position.len() {
+            with_tail.position.push(fields.position[number]);
+            with_tail.mass.push(2e-9);
+            with_tail.stress.push([7e9; 6]);
+            with_tail.plastic_strain.push(9.0);
+            with_tail.temperature.push(900.0);
+        }
+        with_tail.tail = (0..2 * fields.position.len()).map(|i| i >= fields.position.len()).collect();
+        let face = RakeFace { start: [1e-3, 3e-4], direction: [0.0, 1.0], normal: [-1.0, 0.0], length: 5e-4 };
+        let surface = |fields| under_surface(fields, [6e-4, 12e-4], 7e-4, 1e-5);
+        assert_eq!(surface(&with_tail), surface(&fields));
+        assert_eq!(along_rake(&with_tail, &face, 1e-5), along_rake(&fields, &face, 1e-5));
     }
 
     /// No profile is made up before there is a surface to look at.

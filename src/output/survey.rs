@@ -1,6 +1,8 @@
 //! What a machinist asks of the points: the chip's temperature, strain, thickness and shear angle.
 //!
-//! The chip is the material above the machined surface whose equivalent plastic strain exceeds 0.05.
+//! The chip is the material above the machined surface whose equivalent plastic strain exceeds 0.05. Its rigid
+//! tail (`speedups::rigid_chip`) counts for its temperature, and for nothing that is measured by place:
+//! thickness and what follows from it.
 
 use crate::simulation::PointView;
 use crate::tool::RigidTool;
@@ -61,6 +63,11 @@ impl Survey {
         }
         self.chip_mass += point.mass;
         self.chip_heat += point.mass * report.temperature;
+        // A tail is chip, and as hot, but it passes through whatever is in its way: where it is says nothing of
+        // the chip's shape.
+        if point.is_tail {
+            return;
+        }
         let from_edge = [point.position[0] - tool.position[0], point.position[1] - tool.position[1]];
         let dot = |a: [f64; 2]| from_edge[0] * a[0] + from_edge[1] * a[1];
         let (along, across) = (dot(tool.shape.rake_direction()), dot(tool.shape.rake_normal()));
@@ -110,6 +117,48 @@ pub fn shear_angle(feed: f64, thickness: f64, rake: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::material::PointReport;
+    use crate::tool::profile::ToolShape;
+
+    /// A chip of points 10 µm apart stands on the rake face, 0.2 mm thick; a tail that has curled back through
+    /// it is no part of its thickness, and part of its temperature.
+    #[test]
+    fn a_tail_in_the_chip_does_not_thicken_it() {
+        let shape = ToolShape::new(0.0, 0.1, 0.0, 5e-4, 1e-3).unwrap();
+        let position = [1e-3, 5e-4];
+        let tool = RigidTool { shape, position, velocity: [0.0; 2], friction: 0.0 };
+        let (feed, width) = (1e-4, 1e-3);
+        let mut survey = Survey::new();
+        for row in 0..30 {
+            for column in 0..20 {
+                let [x, y] = [column, row].map(|index| (f64::from(index) + 0.5) * 1e-5);
+                for (is_tail, temperature) in [(false, 400.0), (true, 500.0)] {
+                    survey.count(
+                        &PointView {
+                            id: 0,
+                            position: [position[0] - x, position[1] + y, 0.0],
+                            velocity: [0.0; 3],
+                            volume: 1e-10 * width,
+                            mass: 1.0,
+                            is_tail,
+                            report: PointReport {
+                                jacobian: 1.0,
+                                plastic_strain: 1.0,
+                                temperature,
+                                ..Default::default()
+                            },
+                        },
+                        &tool,
+                        feed,
+                    );
+                }
+            }
+        }
+        let thickness = survey.chip_thickness(feed, width);
+        // Rounding of a hundred sums.
+        assert!((thickness / 2e-4 - 1.0).abs() < 1e-12, "{thickness} m");
+        assert_eq!(survey.chip_temperature(), Some(450.0));
+    }
 
     /// With a chip as thick as the feed and no rake the shear plane stands at 45 degrees.
     #[test]

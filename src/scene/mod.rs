@@ -336,6 +336,8 @@ pub struct Numerics {
     pub threads: i32,
     /// Wall time a call may take (s); 0 for any.
     pub wall_time_limit: f64,
+    /// Points at rest that a core moves in a second (1/s), for the estimate of a run's cost.
+    pub point_rate: f64,
 }
 
 impl Numerics {
@@ -376,6 +378,8 @@ pub struct Inputs {
 /// Everything that defines a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
+    /// Names and values as one text, taken over before the scene is built (`variables::settings`).
+    pub settings: String,
     /// Which process.
     pub kind: SceneKind,
     /// The block that is cut.
@@ -398,6 +402,7 @@ impl Default for Scene {
     /// The reference cut: AISI 4340, feed 0.3 mm, friction 0.2, 50 m/s (Ambati et al. 2011, section 3.2).
     fn default() -> Self {
         Scene {
+            settings: String::new(),
             kind: SceneKind::Cut,
             workpiece: Workpiece {
                 length: 3e-3,
@@ -493,6 +498,8 @@ impl Default for Scene {
                 accuracy: Accuracy::Custom,
                 threads: 0,
                 wall_time_limit: 0.0,
+                // Of the size of what `cargo xtask bench` measured in the plane (results/speed.csv).
+                point_rate: 5e7,
             },
             results: Results { directory: String::new(), interval: 1e-6 },
             inputs: Inputs { tool_velocity: 50.0, feed: 3e-4, friction: 0.2 },

@@ -1,15 +1,16 @@
 //! What a run will cost, told before it is paid.
 //!
-//! A copy of the solver at its start makes substeps for a moment under the thread's CPU clock, the tool at
-//! rest: nothing moves or yields, so that each of them costs the same. What such a substep does not show is
-//! added by a formula:
+//! What is returned is made of counts and of a rate that is a parameter, `numerics.point_rate`: two equal runs
+//! return the same. What the log tells besides is measured: a copy of the solver at its start makes substeps
+//! for a moment under the thread's CPU clock, the tool at rest: nothing moves or yields, so that each of them
+//! costs the same. What such a substep does not show is added by a formula:
 //!
 //! CPU time = n ⟨a(s) (c + κ c₀) + (λ w(s) + ζ x) c₀⟩,  n = T / Δt (1 + ε),  mean over the way s
 //!
 //! | | |
 //! |---|---|
-//! | c | CPU time of a substep at rest (s) |
-//! | c₀ | the same with FLIP: what another transfer costs beyond it is in c, and nothing else of a run gets dearer by it |
+//! | c | CPU time of a substep at rest (s): points over the rate, or measured |
+//! | c₀ | the same with FLIP: what another transfer costs beyond it is in c if that is measured, and nothing else of a run gets dearer by it |
 //! | n | substeps over the time T, from the first one's length Δt; ε as compressed metal carries sound faster |
 //! | a(s) | integrated area after the way s over that at the start: the active window and the chip fill |
 //! | w(s) | area of the integrated chip over the area at the start: points that have yielded and do so again |
@@ -18,8 +19,7 @@
 //!
 //! The constants ε, κ, λ and ζ are fitted to 33 cuts: eleven kinds (transfer, precision, contact, Courant
 //! number, feed, friction, heat) at 40, 20 and 10 µm (book/src/evidence/accuracy.md); they hold what else a
-//! run has and a substep at rest has not. A time of this machine under its present load is no part of a
-//! state, and the only output that two equal runs may differ in.
+//! run has and a substep at rest has not.
 
 use crate::error::Error;
 use crate::scene::{Inputs, Scene, TransferChoice};
@@ -54,21 +54,35 @@ const STATIONS: usize = 40;
 pub struct Estimate {
     /// Substeps.
     pub substeps: f64,
-    /// CPU time of all threads (s).
+    /// CPU time of all threads (s) of a machine that has the scene's `numerics.point_rate`.
     pub cpu_seconds: f64,
 }
 
 /// Estimates a run of `duration` (s) from the state of `solver`, with the inputs kept.
 ///
 /// # Errors
-/// When the copy becomes unstable, as the run then would.
+/// `Error::NotAvailable` for a process that this version does not have, and what building a coarser copy of a
+/// large scene refuses.
 pub fn of_run(solver: &dyn Solver, scene: &Scene, inputs: &Inputs, duration: f64) -> Result<Estimate, Error> {
-    let speed = inputs.tool_velocity;
-    let motion = ToolMotion { velocity: [-speed, 0.0], friction: inputs.friction };
     let mut copy = small_copy(solver, scene)?;
-    copy.scale_mass(speed.abs());
-    // A coarser copy has longer substeps, in proportion to its cells.
-    let substeps = duration / (copy.time_step(&motion) / coarseness(scene)) * (1.0 + MORE_SUBSTEPS);
+    let substeps = substeps(copy.as_mut(), scene, inputs, duration);
+    let cost = 1.0 / scene.numerics.point_rate;
+    let load = load(scene, inputs, duration, [cost, cost])?;
+    Ok(Estimate { substeps, cpu_seconds: solver.points() as f64 * substeps * load })
+}
+
+/// The same run's CPU time (s) on this machine under its present load, which no output may hang on.
+///
+/// # Errors
+/// As `of_run`, and when the copy becomes unstable, as the run then would.
+pub fn on_this_machine(
+    solver: &dyn Solver,
+    scene: &Scene,
+    inputs: &Inputs,
+    duration: f64,
+) -> Result<f64, Error> {
+    let mut copy = small_copy(solver, scene)?;
+    let substeps = substeps(copy.as_mut(), scene, inputs, duration);
     let cost = cost_at_rest(copy.as_mut(), substeps)?;
     let plain = if scene.numerics.transfer == TransferChoice::Flip {
         cost
@@ -77,16 +91,31 @@ pub fn of_run(solver: &dyn Solver, scene: &Scene, inputs: &Inputs, duration: f64
         plain.numerics.transfer = TransferChoice::Flip;
         cost_at_rest(coarser(&plain)?.as_mut(), substeps)?
     };
+    Ok(solver.points() as f64 * substeps * load(scene, inputs, duration, [cost, plain])?)
+}
+
+/// Substeps of a run, from the first one's length.
+fn substeps(copy: &mut dyn Solver, scene: &Scene, inputs: &Inputs, duration: f64) -> f64 {
+    let speed = inputs.tool_velocity;
+    let motion = ToolMotion { velocity: [-speed, 0.0], friction: inputs.friction };
+    copy.scale_mass(speed.abs());
+    // A coarser copy has longer substeps, in proportion to its cells.
+    duration / (copy.time_step(&motion) / coarseness(scene)) * (1.0 + MORE_SUBSTEPS)
+}
+
+/// CPU time of a substep for each point at the start (s), mean over a run of `duration` (s).
+///
+/// * `cost`, `plain`: CPU time of a substep at rest for each point, with the scene's transfer and with FLIP (s)
+fn load(scene: &Scene, inputs: &Inputs, duration: f64, [cost, plain]: [f64; 2]) -> Result<f64, Error> {
     let process = setup::process_of(scene.kind)?;
     let start_area = process.integrated_area(scene, inputs, 0.0).all.max(f64::MIN_POSITIVE);
     let mut load = plain * CONTACT * inputs.feed.max(0.0) * scene.numerics.point_spacing;
     for k in 0..STATIONS {
-        let distance = (k as f64 + 0.5) / STATIONS as f64 * speed.max(0.0) * duration;
+        let distance = (k as f64 + 0.5) / STATIONS as f64 * inputs.tool_velocity.max(0.0) * duration;
         let area = process.integrated_area(scene, inputs, distance);
         load += (area.all * (cost + UPKEEP * plain) + YIELDING * area.yielding * plain) / STATIONS as f64;
     }
-    let cpu_seconds = solver.points() as f64 * substeps * load / start_area;
-    Ok(Estimate { substeps, cpu_seconds })
+    Ok(load / start_area)
 }
 
 /// How much coarser than the scene its calibration runs (-).

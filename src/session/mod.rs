@@ -125,18 +125,32 @@ impl Session {
         self.run.start + self.run.time
     }
 
-    /// Estimates what the run from here to `stop_time` (s) takes with the present inputs, and shows it as an
-    /// output.
+    /// Estimates what the run from here to `stop_time` (s) takes with the present inputs on a machine that has
+    /// the scene's `numerics.point_rate`, and shows it as an output.
+    ///
+    /// # Errors
+    /// What building a coarser copy of a large scene refuses.
+    pub fn estimate(&mut self, stop_time: f64) -> Result<Estimate, Error> {
+        let duration = self.time_to(stop_time);
+        let run = &mut self.run;
+        let estimate = cost_estimate::of_run(self.solver.as_ref(), &run.scene, &run.inputs, duration)?;
+        run.outputs.estimated_cpu_time = estimate.cpu_seconds;
+        Ok(estimate)
+    }
+
+    /// CPU time (s) of the same run on this machine under its present load; changes nothing.
     ///
     /// # Errors
     /// `Error::Unstable` when a copy of the solver cannot make its first substeps, as this one then could
     /// not.
-    pub fn estimate(&mut self, stop_time: f64) -> Result<Estimate, Error> {
-        let run = &mut self.run;
-        let duration = (stop_time - run.start - self.solver.progress().clock).max(0.0);
-        let estimate = cost_estimate::of_run(self.solver.as_ref(), &run.scene, &run.inputs, duration)?;
-        run.outputs.estimated_cpu_time = estimate.cpu_seconds;
-        Ok(estimate)
+    pub fn estimate_on_this_machine(&self, stop_time: f64) -> Result<f64, Error> {
+        let (run, duration) = (&self.run, self.time_to(stop_time));
+        cost_estimate::on_this_machine(self.solver.as_ref(), &run.scene, &run.inputs, duration)
+    }
+
+    /// Time from the solver's clock to `stop_time` (both s).
+    fn time_to(&self, stop_time: f64) -> f64 {
+        (stop_time - self.run.start - self.solver.progress().clock).max(0.0)
     }
 
     /// Checks values of the inputs against the table's ranges and the scene.
@@ -288,8 +302,8 @@ impl Session {
 
     /// The points' fields at the solver's clock.
     pub fn point_fields(&self) -> PointFields {
-        let mut fields =
-            PointFields { time: self.run.start + self.solver.progress().clock, ..Default::default() };
+        let (time, cell) = (self.run.start + self.solver.progress().clock, self.run.scene.numerics.cell());
+        let mut fields = PointFields { time, cell, ..Default::default() };
         let mut points = Vec::with_capacity(self.solver.points());
         self.solver.visit_points(&mut |point| points.push(*point));
         points.sort_unstable_by_key(|point| point.id);
@@ -302,6 +316,8 @@ impl Session {
             fields.plastic_strain.push(point.report.plastic_strain);
             fields.temperature.push(point.report.temperature);
             fields.jacobian.push(point.report.jacobian);
+            fields.damage.push(point.report.damage);
+            fields.tail.push(point.is_tail);
         }
         let tool = self.solver.tool();
         let outline = tool.shape.outline(16).into_iter();
@@ -425,8 +441,8 @@ fn checked(scene: &Scene) -> Result<Scene, Error> {
 /// Slopes of inputs that keep their values.
 const NO_SLOPES: Inputs = Inputs { tool_velocity: 0.0, feed: 0.0, friction: 0.0 };
 
-/// What stands around a serialised state: format 9.
-const ENVELOPE: Envelope = Envelope { word: *b"SWARFRUN", format: 9, origin: &[], of: "swarf" };
+/// What stands around a serialised state: format 10.
+const ENVELOPE: Envelope = Envelope { word: *b"SWARFRUN", format: 10, origin: &[], of: "swarf" };
 
 #[derive(Serialize)]
 struct SavedRef<'a> {

@@ -133,7 +133,7 @@ macro_rules! fill {
 
 /// The functions that fill in outputs, from the sources of the table.
 macro_rules! functions {
-    ($($(#[$attribute:meta])* $place:ident {
+    ($($place:ident {
         variable: $reference:literal $name:literal $kind:ident($($argument:expr),*),
         meaning: $meaning:literal,
         source: $source:ident $(|$from:ident| $value:expr)?,

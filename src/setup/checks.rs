@@ -11,13 +11,15 @@ use crate::scene::{
 };
 use crate::setup::{courant_limit, process_of};
 use crate::speedups::rigid_chip::LEAST_REACH;
+use crate::variables::settings;
 
-/// Checks what belongs together and refuses what this version does not have; fills in a library material's
-/// constants.
+/// Takes the settings over, checks what belongs together and refuses what this version does not have; fills
+/// in a library material's constants.
 ///
 /// # Errors
 /// `Error::NotAvailable`, `Error::Inconsistent` or `Error::OutOfRange`, naming the variable.
 pub fn check(scene: &Scene) -> Result<Scene, Error> {
+    let scene = &settings::take_over(scene)?.0;
     let process = process_of(scene.kind)?;
     process.check(scene)?;
     let asked_courant = scene.numerics.courant;
@@ -25,6 +27,7 @@ pub fn check(scene: &Scene) -> Result<Scene, Error> {
     presets::take_preset(&mut resolved);
     speed_levels::apply(&mut resolved);
     resolved.material.constants = library::resolve(&scene.material)?;
+    resolved.material.name = library::known_name(&scene.material.name).into();
     // From here on what is in use counts, not what was asked for.
     let scene = &resolved;
     let workpiece = &scene.workpiece;

@@ -465,6 +465,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
             let [x, y, z] = view.position;
             let [x, y] = self.progress.tail.carry([x, y], self.progress.clock);
             view.position = [x, y, z];
+            view.is_tail = true;
             visit(&view);
         }
     }

@@ -93,6 +93,8 @@ pub struct PointView {
     pub volume: f64,
     /// Mass (kg).
     pub mass: f64,
+    /// Whether it belongs to the chip's rigid tail, which goes where no chip would (`speedups::rigid_chip`).
+    pub is_tail: bool,
     /// Its material.
     pub report: PointReport,
 }
@@ -111,7 +113,15 @@ impl PointView {
             position[axis] = origin[axis] + layout.cell * cells[axis];
             velocity[axis] = block.velocity[axis][lane].to_f64();
         }
-        PointView { id: block.id[lane], position, velocity, volume, mass: density * volume, report }
+        PointView {
+            id: block.id[lane],
+            position,
+            velocity,
+            volume,
+            mass: density * volume,
+            is_tail: false,
+            report,
+        }
     }
 }
 

@@ -12,7 +12,7 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1100,
         name: "material.name",
-        description: "name in the material library (AISI 4340, AISI 1045, Ti-6Al-4V, Al 2024-T351, OFHC copper), or custom to use the constants given here",
+        description: "name in the material library, without regard to case, spaces, underscores and hyphens (AISI 4340, AISI 1045, Ti-6Al-4V, Al 2024-T351, OFHC copper), or custom to use the constants given here",
         kind: Kind::Text(Access::Parameter {
             get: |scene| scene.material.name.clone(),
             set: |scene, value| scene.material.name = value,

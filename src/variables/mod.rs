@@ -4,7 +4,7 @@
 //! * `process`, `material`, `numerics`: parameters of each, as tables;
 //! * `outputs`: inputs and outputs, and the struct `Outputs` made from the latter;
 //! * `enumerations`, `units`: types that the tables use;
-//! * `text`: values as a user types and reads them.
+//! * `text`: values as a user types and reads them; `settings`: many of them in one text.
 //!
 //! What may be touched: a parameter is one entry of a table and a field of `scene`; an output is one entry of
 //! `outputs`. The solver knows nothing of this room, and this room nothing of the solver: sessions, files and
@@ -18,6 +18,7 @@ pub(crate) mod enumerations;
 mod material;
 mod numerics;
 mod outputs;
+pub mod settings;
 mod text;
 pub(crate) mod units;
 mod process;

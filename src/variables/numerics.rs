@@ -132,4 +132,10 @@ pub(super) static PARAMETERS: &[Variable] = &[
         description: "quadratic coefficient of the artificial viscosity: square root of its pressure over density, over cell length and compression rate",
         kind: real(&ONE, "", [0.0, 4.0], Some(1.2), parameter!(numerics.viscosity_quadratic)),
     },
+    Variable {
+        reference: 1321,
+        name: "numerics.point_rate",
+        description: "material points at rest that a core moves by a substep in a second: what numerics.estimated_cpu_time counts with; the log's category solver tells what this machine would take; changes nothing else",
+        kind: real(&PER_SECOND, "", [1.0, 1e15], Some(1e7), parameter!(numerics.point_rate)),
+    },
 ];

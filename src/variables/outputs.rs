@@ -7,6 +7,7 @@
 //! and a new output is one entry.
 
 use super::chip_state::ChipState;
+use super::settings;
 use super::units::*;
 use super::{Access, Choice, Kind, NONE, Variable, enumerations, integer, real};
 use crate::scene::Scene;
@@ -51,7 +52,7 @@ pub(super) static INPUTS: &[Variable] = &[
 ///
 /// * `state |r| …`: read from the present state, `session::outputs::Readings`;
 /// * `step |s| …`: read from a communication step, `session::outputs::StepReadings`;
-/// * `estimate`: put in by `Session::estimate`; a time of this machine, no part of a saved state.
+/// * `estimate`: put in by `Session::estimate`.
 // rustfmt would move the continued lines at every call.
 #[rustfmt::skip]
 macro_rules! outputs {
@@ -271,12 +272,11 @@ macro_rules! outputs {
                     for numerics.contact other than surface; 0 before the model is built",
                 source: state |r| presets::force_error_band(r.scene, r.feed),
             }
-            #[serde(skip)]
             estimated_cpu_time {
                 variable: 201 "numerics.estimated_cpu_time" real(&SECOND, "", [0.0, NONE], Some(10.0)),
                 meaning: "processor time of all threads from start to stop time (without a stop time: \
-                    over the default experiment's 40 µs), estimated when initialization is left; 0 before, \
-                    and in a state restored from bytes",
+                    over the default experiment's 40 µs) of a machine that has numerics.point_rate, \
+                    estimated when initialization is left; 0 before",
                 source: estimate,
             }
             thermoelastic {
@@ -356,7 +356,7 @@ macro_rules! unit_name {
 
 /// What is made of the table here: the struct, the FMU's variables, the columns.
 macro_rules! struct_variables_and_columns {
-    ($($(#[$attribute:meta])* $place:ident {
+    ($($place:ident {
         variable: $reference:literal $name:literal $kind:ident($($argument:expr),*),
         meaning: $meaning:literal,
         source: $source:ident $(|$from:ident| $value:expr)?,
@@ -364,7 +364,7 @@ macro_rules! struct_variables_and_columns {
         /// All outputs at a communication point.
         #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
         pub struct Outputs {
-            $(#[doc = $meaning] $(#[$attribute])* pub $place: value_type!($kind),)+
+            $(#[doc = $meaning] pub $place: value_type!($kind),)+
         }
 
         /// Outputs: references 100 to 999.
@@ -406,6 +406,9 @@ const fn choice(of: &'static Enumeration, access: Access<i32>) -> Kind {
 
 /// Outputs before the model is built, as initialization mode shows them.
 pub fn outputs_at_start(scene: &Scene) -> Outputs {
+    // Settings that cannot be read are refused when initialization is left; until then they count for
+    // nothing.
+    let scene = &settings::take_over(scene).map_or_else(|_| scene.clone(), |taken| taken.0);
     Outputs {
         chip_temperature: scene.workpiece.initial_temperature,
         chip_temperature_peak: scene.workpiece.initial_temperature,
@@ -423,10 +426,10 @@ pub fn outputs_at_start(scene: &Scene) -> Outputs {
 pub fn start_dependencies(output: &str) -> &'static [&'static str] {
     match output {
         "chip_temperature" | "chip_temperature_peak" | "tool_temperature_peak" => {
-            &["workpiece.initial_temperature"]
+            &["workpiece.initial_temperature", "settings"]
         }
-        "tool_position_x" => &["workpiece.length", "tool.initial_gap"],
-        "tool_position_y" => &["feed", "workpiece.height"],
+        "tool_position_x" => &["workpiece.length", "tool.initial_gap", "settings"],
+        "tool_position_y" => &["feed", "workpiece.height", "settings"],
         _ => &[],
     }
 }
@@ -448,10 +451,18 @@ mod tests {
             let at = |scene: &Scene| value.access.read(scene, &inputs, &outputs_at_start(scene));
             let mut found = Vec::new();
             for cause in all() {
-                let Kind::Real(real) = &cause.kind else { continue };
-                let Some(start) = real.access.start(&scene) else { continue };
                 let mut other = scene.clone();
-                real.access.set_start(&mut other, start + 1.0);
+                match &cause.kind {
+                    Kind::Real(real) => {
+                        let Some(start) = real.access.start(&scene) else { continue };
+                        real.access.set_start(&mut other, start + 1.0);
+                    }
+                    Kind::Text(access) if cause.name == settings::NAME => {
+                        let text = "workpiece.initial_temperature=400; workpiece.length=4e-3; feed=1e-4";
+                        access.set_start(&mut other, text.into());
+                    }
+                    _ => continue,
+                }
                 if at(&other) != at(&scene) {
                     found.push(cause.name);
                 }

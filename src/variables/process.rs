@@ -145,4 +145,13 @@ pub(super) static PARAMETERS: &[Variable] = &[
         description: "simulated time between two files written",
         kind: real(&SECOND, "µs", [1e-9, 1.0], Some(1e-6), parameter!(results.interval)),
     },
+    Variable {
+        reference: 1001,
+        name: "settings",
+        description: "parameters and start values of inputs as one text, for importers that drop a type or a unit: name=value; name=value; values with or without a unit, items of enumerations by name or number; taken over when initialization is left, where the variable itself stands at its start value",
+        kind: Kind::Text(Access::Parameter {
+            get: |scene| scene.settings.clone(),
+            set: |scene, value| scene.settings = value,
+        }),
+    },
 ];

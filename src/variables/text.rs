@@ -158,7 +158,7 @@ fn range_text(kind: &Kind) -> String {
 }
 
 /// The start value as `set_by_name` reads it; none for an output.
-fn start_text(variable: &Variable, scene: &Scene) -> Option<String> {
+pub(super) fn start_text(variable: &Variable, scene: &Scene) -> Option<String> {
     match &variable.kind {
         Kind::Real(real) => real.access.start(scene).map(format_real),
         Kind::Integer(integer) => integer.access.start(scene).map(|value| value.to_string()),

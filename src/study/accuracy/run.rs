@@ -137,9 +137,8 @@ impl Problem {
         match self {
             Problem::Cut { settings, span } => {
                 let session = scene_of(settings).and_then(|scene| Session::new(&scene, 0.0));
-                let Ok(mut session) = session else { return 0.0 };
-                let end = end_time(&session, span[1]);
-                session.estimate(end).map_or(0.0, |estimate| estimate.cpu_seconds)
+                let Ok(session) = session else { return 0.0 };
+                session.estimate_on_this_machine(end_time(&session, span[1])).unwrap_or(0.0)
             }
             // Measured once on one core: 64 cells take 6 s, 200 cells of the piston 3 s.
             Problem::AxisAligned { cells, .. } => 6.0 * (f64::from(*cells) / 64.0).powi(3),
@@ -192,8 +191,8 @@ fn cut(settings: &[(String, String)], span: [f64; 2]) -> Ending {
     };
     let times = span.map(|travel| end_time(&session, travel));
     let mut measured = Measured { points: f64::from(session.outputs().active_points), ..Measured::default() };
+    measured.estimated = session.estimate_on_this_machine(times[1]).unwrap_or(0.0);
     if let Ok(estimate) = session.estimate(times[1]) {
-        measured.estimated = estimate.cpu_seconds;
         measured.substeps[1] = estimate.substeps;
     }
     // The watcher may be called from another thread, whose CPU clock is another.
