@@ -17,7 +17,7 @@ pub mod material;
 pub mod grid;
 pub mod transfer;
 pub mod partition;
-mod separation;
+mod chip_separation;
 mod energy;
 pub mod stabilization;
 mod speedups;

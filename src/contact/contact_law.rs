@@ -11,6 +11,15 @@ use crate::points::PointState;
 use crate::simd::Real;
 use crate::tool::RigidTool;
 
+/// Where chip and work part at the edge.
+#[derive(Clone, Copy, Debug)]
+pub struct Parting {
+    /// Out of the edge there, of length one.
+    pub normal: [f64; 2],
+    /// Spacing of points at the start (m).
+    pub spacing: f64,
+}
+
 /// What a law is told of a substep, beside points and nodes.
 pub struct ContactStep<'a, S> {
     /// What nodes and points share with it.
@@ -19,8 +28,8 @@ pub struct ContactStep<'a, S> {
     pub tool: &'a RigidTool,
     /// How deep the plane is (m); says nothing in space.
     pub depth: f64,
-    /// Spacing of points at the start (m) where chip and work part cleanly at the edge (`separation`).
-    pub parts: Option<f64>,
+    /// Where chip and work part, if they do so cleanly (`chip_separation`).
+    pub parting: Option<Parting>,
     /// Whether friction heat is wanted by node (`NodalImpulses::friction_heat`).
     pub wants_heat: bool,
     /// Shear strength (Pa) of the point at a lane of a state.

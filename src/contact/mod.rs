@@ -22,7 +22,7 @@ mod surface;
 mod tool_particles;
 mod two_fields;
 
-pub use contact_law::{BoxedLaw, ContactCost, ContactLaw, ContactStep};
+pub use contact_law::{BoxedLaw, ContactCost, ContactLaw, ContactStep, Parting};
 pub use nodes_inside::NodesInside;
 
 use crate::contact::nodal::NodalContact;

@@ -24,7 +24,7 @@
 //! others. The pass runs on one thread: its result does not depend on how many there are.
 
 use crate::checkpoint::{BulkReader, StateBytes};
-use crate::contact::contact_law::{BoxedLaw, ContactCost, ContactLaw, ContactStep};
+use crate::contact::contact_law::{BoxedLaw, ContactCost, ContactLaw, ContactStep, Parting};
 use crate::contact::gauss_seidel::{ContactPoint, GaussSeidel, Node, NodeWeight, warm_start};
 use crate::contact::nodes::{
     NOT_LISTED, NodePredictor, Place, TouchedNode, assemble, closest, for_each_weight, from_tool, list_near,
@@ -40,7 +40,7 @@ use crate::partition::nodes::{NodalImpulses, StepContext, VelocityChange};
 use crate::points::{Block, PointState, Side};
 use crate::simd::{Real, dispatch};
 use crate::tool::RigidTool;
-use crate::tool::profile::{Closest, Face};
+use crate::tool::profile::Closest;
 
 /// Points are listed up to this far from the tool, beyond half their width (cells).
 const REACH: f64 = 1.0;
@@ -242,7 +242,7 @@ impl SurfaceContact {
         sticking.clear();
         let layout = &partition.layout;
         let dt = contact.step.dt;
-        if contact.parts.is_some() {
+        if contact.parting.is_some() {
             meet_at_edge::<R, D, S>(partition, contact.step, (nodes, starts), (places, pairs));
         }
         for (number, point) in near.iter_mut().enumerate() {
@@ -408,7 +408,7 @@ fn touching<R: Real, D: Dimension, S: PointState<R>>(
     contact: &ContactStep<'_, S>,
 ) -> Option<Closest> {
     let half = half_width::<R, D, S>(block, lane, contact.depth);
-    let Some(spacing) = contact.parts else {
+    let Some(Parting { normal, spacing }) = contact.parting else {
         let closest = closest(layout, contact.tool, block, lane);
         return (closest.distance <= half).then_some(closest);
     };
@@ -416,8 +416,8 @@ fn touching<R: Real, D: Dimension, S: PointState<R>>(
     let shape = &contact.tool.shape;
     let closest = match block.side[lane] {
         Side::Uncut => shape.closest(place),
-        Side::Chip => shape.closest_on_face(Face::Rake, place, spacing)?,
-        Side::Work => shape.closest_on_face(Face::Flank, place, 0.5 * spacing)?,
+        Side::Chip => shape.closest_beside(normal, true, place, spacing)?,
+        Side::Work => shape.closest_beside(normal, false, place, 0.5 * spacing)?,
     };
     let [x, y] = closest.normal;
     let height = if D::AXES == 2 { (2.0 * half).powi(2) } else { (2.0 * half).powi(3) / spacing } / spacing;

@@ -75,7 +75,7 @@ pub struct Block<R: Real, D: Dimension, S> {
     pub state: S,
 }
 
-/// On which side of the edge's path a point is (`separation`).
+/// On which side of the edge's path a point is (`chip_separation`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Side {

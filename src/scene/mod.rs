@@ -105,6 +105,15 @@ choice! {
     }
 }
 choice! {
+    /// How points act on each other and part at the edge.
+    Formulation {
+        /// Averages over cells; chip and work part at the edge.
+        Separated = "separated",
+        /// Each point by itself, on one velocity field: the paper's scheme.
+        Plain = "plain",
+    }
+}
+choice! {
     /// Contact law between tool and workpiece.
     ContactChoice {
         /// Exact signed distance to the tool.
@@ -326,10 +335,8 @@ pub struct Numerics {
     pub active_chip: f64,
     /// Whether points are moved and strained by smoothed increments.
     pub smoothed_increments: bool,
-    /// Whether the points of a cell share their rate of volume change and their pressure in the forces.
-    pub mean_dilatation: bool,
-    /// Whether chip and work part cleanly at the edge (`separation`).
-    pub separation: bool,
+    /// How points act on each other and part at the edge.
+    pub formulation: Formulation,
     /// A point on the front of accuracy against cost.
     pub accuracy: Accuracy,
     /// Threads; 0 for all that pay.
@@ -344,6 +351,14 @@ impl Numerics {
     /// Length of a cell (m).
     pub fn cell(&self) -> f64 {
         self.point_spacing * f64::from(self.points_per_cell_edge)
+    }
+
+    /// Whether cells are averaged and chip and work part at the edge: the formulation asks for it, and needs
+    /// contact at the points and a shape function whose points reach around them.
+    pub fn separates(&self) -> bool {
+        self.formulation == Formulation::Separated
+            && self.contact == ContactChoice::Surface
+            && self.shape_function == ShapeChoice::Gimp
     }
 
     /// Whether increments can be smoothed: whether nodes keep the masses that they share
@@ -493,8 +508,7 @@ impl Default for Scene {
                 active_window: 0.0,
                 active_chip: 0.0,
                 smoothed_increments: false,
-                mean_dilatation: false,
-                separation: false,
+                formulation: Formulation::Separated,
                 accuracy: Accuracy::Custom,
                 threads: 0,
                 wall_time_limit: 0.0,

@@ -155,7 +155,7 @@ pub fn force_error_band(scene: &Scene, feed: f64) -> f64 {
 fn band(prices: &[Price], scene: &Scene, feed: f64) -> f64 {
     // What the list holds was measured with the plain scheme and its locking control; and a tool that is
     // lifted clear has no points per feed.
-    let is_known = scene.numerics.contact == ContactChoice::Surface && !scene.numerics.mean_dilatation;
+    let is_known = scene.numerics.contact == ContactChoice::Surface && scene.numerics.separates();
     if !is_known || feed <= 0.0 {
         return NOTHING_KNOWN;
     }

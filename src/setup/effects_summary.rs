@@ -31,8 +31,8 @@ pub fn effects_summary(scene: &Scene) -> String {
     };
     let expansion = if scene.effects.thermal_expansion { ", thermal expansion" } else { "" };
     let tool_heat = if scene.effects.tool_heat { ", heat flows into the tool" } else { "" };
-    let locking = if scene.numerics.mean_dilatation {
-        ", mean dilatation of cells"
+    let locking = if scene.numerics.separates() {
+        ", averages over cells, chip and work parted at the edge"
     } else if scene.effects.volumetric_locking_control {
         ", volumetric locking control"
     } else {

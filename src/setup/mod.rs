@@ -26,6 +26,7 @@ pub(crate) mod process;
 
 pub use effects_summary::effects_summary;
 
+use crate::chip_separation::ChipSeparation;
 use crate::contact;
 use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
 use crate::error::Error;
@@ -48,7 +49,6 @@ use crate::points::{BLOCK, Block};
 use crate::scene::{
     Constants, DimensionChoice, Heat, Law, Precision, Scene, SceneKind, ShapeChoice, TransferChoice,
 };
-use crate::separation::Separation;
 use crate::simd::{InstructionSet, Real};
 use crate::simulation::{Options, Simulation, Solver};
 use crate::speedups::active_window::ActiveWindow;
@@ -300,12 +300,12 @@ fn simulation<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R
         courant: scene.numerics.courant,
         instructions: InstructionSet::detect(),
         depth: scene.workpiece.width,
-        locking_control: scene.effects.volumetric_locking_control && !scene.numerics.mean_dilatation,
+        locking_control: scene.effects.volumetric_locking_control && !scene.numerics.separates(),
         mass_scaling: MassScaling::of(scene),
         separation: scene
             .numerics
-            .separation
-            .then(|| Separation { spacing: scene.numerics.point_spacing, depth: scene.workpiece.width }),
+            .separates()
+            .then(|| ChipSeparation { spacing: scene.numerics.point_spacing, depth: scene.workpiece.width }),
         window: (scene.numerics.active_window > 0.0)
             .then_some(ActiveWindow { ahead: scene.numerics.active_window, height: scene.workpiece.height }),
         chip_tail: (scene.numerics.active_chip > 0.0)
@@ -364,7 +364,7 @@ fn fill<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
         }
     }
     let shares_masses = scene.numerics.smoothed_increments;
-    let averages_cells = scene.numerics.mean_dilatation;
+    let averages_cells = scene.numerics.separates();
     let layout = Layout { shares_masses, averages_cells, ..Layout::new(bodies.counts, cell, bodies.origin) };
     Partition::new(layout, bodies.fixed.clone(), blocks)
 }

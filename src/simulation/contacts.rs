@@ -1,7 +1,7 @@
 //! How a simulation meets the tool: its contact law beside the first half of the pass over the nodes.
 
 use super::Simulation;
-use crate::contact::{ContactLaw, ContactStep};
+use crate::contact::{ContactLaw, ContactStep, Parting};
 use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;
 use crate::material::ConstitutiveModel;
@@ -35,11 +35,14 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             // Yield in pure shear, by von Mises.
             let strength = |state: &M::State, lane: usize| model.flow_stress(state, lane) / 3_f64.sqrt();
             let (depth, wants_heat) = (options.depth, *wants_friction_heat);
-            let parts = options.separation.as_ref().map(|separation| separation.spacing);
+            let parting = options
+                .separation
+                .as_ref()
+                .map(|separation| Parting { normal: separation.normal(tool), spacing: separation.spacing });
             law.solve(
                 around,
                 shape,
-                &ContactStep { step: &step, tool, depth, parts, wants_heat, strength: &strength },
+                &ContactStep { step: &step, tool, depth, parting, wants_heat, strength: &strength },
             );
         };
         // What takes longest comes first.

@@ -1,6 +1,6 @@
 //! What a simulation is told beside its scene's bodies: numbers, and which optional passes run.
 
-use crate::separation::Separation;
+use crate::chip_separation::ChipSeparation;
 use crate::simd::InstructionSet;
 use crate::speedups::active_window::ActiveWindow;
 use crate::speedups::mass_scaling::MassScaling;
@@ -18,7 +18,7 @@ pub struct Options {
     /// Whether deviations of volume ratios are limited (`stabilization::volumetric_locking`).
     pub locking_control: bool,
     /// How chip and work part at the edge, if the scene has them part cleanly.
-    pub separation: Option<Separation>,
+    pub separation: Option<ChipSeparation>,
     /// Mass scaling, if the scene names it.
     pub mass_scaling: Option<MassScaling>,
     /// Active window, if the scene names it.

@@ -169,25 +169,66 @@ impl ToolShape {
         }
     }
 
-    /// The same as if rake face or flank were all of the tool; `None` for a point that lies before that face's
-    /// start by more than `before` (m). Beyond its other end the whole tool decides.
+    /// The same on the outline above or below a place on the edge, which goes on there as its tangent.
+    ///
+    /// * `parting`: out of the edge at that place, of length one
+    /// * `above`: on the side of the rake face; otherwise on that of the flank
+    ///
+    /// `None` for a point that lies before that place by more than `before` (m) along the tangent.
     #[inline]
-    pub fn closest_on_face(&self, face: Face, point: [f64; 2], before: f64) -> Option<Closest> {
-        let (side, from_start) = match face {
-            Face::Rake => (&self.sides[0], self.rake_start_vector()),
-            _ => (&self.sides[1], self.sides[1].start),
+    pub fn closest_beside(
+        &self,
+        parting: [f64; 2],
+        above: bool,
+        point: [f64; 2],
+        before: f64,
+    ) -> Option<Closest> {
+        let (parting, point) = (Vector2::from(parting), Vector2::from(point));
+        let [rake, flank] = [&self.sides[0], &self.sides[1]];
+        let from_centre = point - self.centre;
+        let (side, onward) = if above {
+            (rake, Vector2::new(-parting.y, parting.x) * -1.0)
+        } else {
+            (flank, Vector2::new(-parting.y, parting.x))
         };
-        let up = if face == Face::Rake { -side.direction } else { side.direction };
-        let along = up.dot(&(Vector2::from(point) - from_start));
-        if along < -before {
-            return None;
+        // A sharp edge is its own tangent: that of the face.
+        let (normal, onward) = if self.radius > 0.0 {
+            (parting, onward)
+        } else {
+            (side.normal, if above { -side.direction } else { side.direction })
+        };
+        let along = onward.dot(&(from_centre - self.radius * normal));
+        if along < 0.0 {
+            let distance = normal.dot(&from_centre) - self.radius;
+            let face = if self.radius > 0.0 { Face::Edge } else { side.face };
+            return (along >= -before).then_some(Closest {
+                distance,
+                normal: normal.into(),
+                face,
+                along: 0.0,
+            });
+        }
+        let along = if above { -side.direction } else { side.direction }
+            .dot(&(from_centre - self.radius * side.normal));
+        if along < 0.0 {
+            return Some(self.closest_on_edge(from_centre, from_centre.norm() - self.radius));
         }
         if along > side.length {
-            return Some(self.closest(point));
+            return Some(self.closest(point.into()));
         }
-        let distance = side.normal.dot(&Vector2::from(point)) - side.offset;
-        let along = if face == Face::Rake { along.max(0.0) } else { 0.0 };
+        let distance = side.normal.dot(&point) - side.offset;
+        let along = if side.face == Face::Rake { along } else { 0.0 };
         Some(Closest { distance, normal: side.normal.into(), face: side.face, along })
+    }
+
+    /// The place on the edge whose outward normal leans forward by `angle` (rad) from straight down, or the
+    /// nearest that it has: that normal, and the place from the tool's lowest point (m).
+    pub fn on_edge(&self, angle: f64) -> ([f64; 2], [f64; 2]) {
+        let lean = |normal: &Vector2<f64>| (-normal.x).atan2(-normal.y);
+        let [rake, flank] = [&self.sides[0], &self.sides[1]];
+        let angle = angle.clamp(lean(&flank.normal), lean(&rake.normal));
+        let normal = Vector2::new(-angle.sin(), -angle.cos());
+        (normal.into(), (self.centre + self.radius * normal).into())
     }
 
     /// Coordinate along the outline of the place that `closest` found (m): up the rake face from its start,

@@ -2,8 +2,8 @@
 
 use super::chip_state::ChipState;
 use crate::scene::{
-    Accuracy, ContactChoice, DimensionChoice, Heat, Law, Precision, SceneKind, ShapeChoice, Speed,
-    TransferChoice,
+    Accuracy, ContactChoice, DimensionChoice, Formulation, Heat, Law, Precision, SceneKind, ShapeChoice,
+    Speed, TransferChoice,
 };
 
 /// An enumeration type; items are numbered from 1 in the order given and only ever appended.
@@ -96,6 +96,16 @@ pub static TRANSFER: Enumeration = Enumeration {
     items: items_of!(TransferChoice),
     texts: &["increments of the grid velocity", "grid velocity with an affine field around each point"],
 };
+/// How points act on each other and part at the edge.
+pub static FORMULATION: Enumeration = Enumeration {
+    name: "Formulation",
+    description: "how points act on each other and part at the edge",
+    items: items_of!(Formulation),
+    texts: &[
+        "the points of a cell share strain rates and stresses, and chip and work part at the edge",
+        "each point by itself, on one velocity field: the scheme of Ambati et al. (2011)",
+    ],
+};
 /// Contact law between tool and workpiece.
 pub static CONTACT: Enumeration = Enumeration {
     name: "ContactLaw",
@@ -160,6 +170,7 @@ pub static ALL: &[&Enumeration] = &[
     &SPEED,
     &ACCURACY,
     &CHIP_STATE,
+    &FORMULATION,
 ];
 
 #[cfg(test)]

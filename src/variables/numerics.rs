@@ -8,7 +8,9 @@
 
 use super::units::*;
 use super::{Kind, NONE, Variable, choice_parameter, enumerations, integer, parameter, real};
-use crate::scene::{Accuracy, ContactChoice, DimensionChoice, Precision, ShapeChoice, Speed, TransferChoice};
+use crate::scene::{
+    Accuracy, ContactChoice, DimensionChoice, Formulation, Precision, ShapeChoice, Speed, TransferChoice,
+};
 
 /// Parameters with references 1300 to 1399.
 pub(super) static PARAMETERS: &[Variable] = &[
@@ -110,9 +112,9 @@ pub(super) static PARAMETERS: &[Variable] = &[
     },
     Variable {
         reference: 1320,
-        name: "numerics.mean_dilatation",
-        description: "the points of a cell share their rate of volume change and their pressure in the forces, so that plastic flow does not lock; takes the place of effects.volumetric_locking_control",
-        kind: Kind::Boolean(parameter!(numerics.mean_dilatation)),
+        name: "numerics.formulation",
+        description: "how points act on each other and part at the edge; separated needs contact surface and shape function gimp, and is plain without; effects.volumetric_locking_control acts in plain alone",
+        kind: choice_parameter!(enumerations::FORMULATION, Formulation, numerics.formulation),
     },
     Variable {
         reference: 1316,
