@@ -26,8 +26,6 @@ const STUDIES: &str = if cfg!(feature = "study") {
 enum Command {
     /// Print modelDescription.xml
     Describe,
-    /// Print the table of all variables in Markdown
-    Variables,
     /// Print the version
     Version,
     /// Run the problems with exact solutions, write table and plots
@@ -87,7 +85,6 @@ struct HardCases {
 fn main() -> ExitCode {
     match CommandLine::parse().command {
         Command::Describe => print!("{}", swarf::fmi::description::xml()),
-        Command::Variables => print!("{}", swarf::variables::markdown_table()),
         Command::Version => println!("swarf {}", swarf::VERSION),
         #[cfg(feature = "study")]
         Command::Verify { out } => return verify(&out),
@@ -197,7 +194,7 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         CommandLine::command().debug_assert();
-        for line in ["describe", "variables", "version"] {
+        for line in ["describe", "version"] {
             assert_eq!(refusal(line), "", "{line}");
         }
     }
@@ -205,7 +202,7 @@ mod tests {
     /// A slip is answered by the lines of its command, not by all of the manual.
     #[test]
     fn slips_are_refused_shortly() {
-        for line in ["descibe", "describe --all", "variables there"] {
+        for line in ["descibe", "describe --all", "version there"] {
             let text = refusal(line);
             assert!(text.starts_with("error: ") && text.lines().count() <= 8, "'{line}' gave: {text}");
         }

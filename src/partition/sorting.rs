@@ -126,17 +126,14 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             blocks.clone().flat_map(|block| (0..BLOCK).map(|lane| D::vector(|axis| block.node[axis][lane])));
         let staying = nodes.clone().zip(keys.iter()).filter(|(_, key)| **key != GONE).map(|(node, _)| node);
         layout.arrange::<D>(staying, ranges);
-        let place = |node: D::Vector<i32>| {
-            (layout.offset[layout.pencil::<D>(node) as usize] + Layout::along::<D>(node)) as u32
-        };
         if layout.averages_cells {
             let cells = blocks.flat_map(|block| (0..BLOCK).map(|lane| cell_of(layout, block, lane)));
             for (cell, key) in cells.zip(keys).filter(|(_, key)| **key != GONE) {
-                *key = place(cell);
+                *key = place_of::<D>(layout, cell) as u32;
             }
         } else {
             for (node, key) in nodes.zip(keys).filter(|(_, key)| **key != GONE) {
-                *key = place(node);
+                *key = place_of::<D>(layout, node) as u32;
             }
         }
     }
@@ -152,24 +149,22 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             place[key as usize + 1] += 1;
         }
         // From numbers to first places.
-        let mut end = 0_u32;
-        for k in 0..place.len() - 1 {
-            let count = place[k + 1];
-            if layout.averages_cells {
-                let room = BLOCK as u32 - end % BLOCK as u32;
-                if count > room && count <= BLOCK as u32 {
-                    end += room;
-                }
+        if layout.averages_cells {
+            keep_cells_whole(place);
+        } else {
+            for k in 1..place.len() {
+                place[k] += place[k - 1];
             }
-            place[k] = end;
-            end += count;
         }
+        let end = place.last().copied().unwrap_or(0);
         sources.clear();
         sources.resize(end as usize, GONE);
-        for (source, &key) in keys.iter().enumerate().filter(|(_, key)| **key != GONE) {
-            let slot = &mut place[key as usize];
-            sources[*slot as usize] = source as u32;
-            *slot += 1;
+        for (source, &key) in keys.iter().enumerate() {
+            if key != GONE {
+                let slot = &mut place[key as usize];
+                sources[*slot as usize] = source as u32;
+                *slot += 1;
+            }
         }
     }
 
@@ -231,6 +226,27 @@ fn pencils_of<R: Real, D: Dimension, S: PointState<R>>(
     (pencil(second.column(first)), pencil(first))
 }
 
+/// A node's place in memory.
+#[inline]
+fn place_of<D: Dimension>(layout: &Layout, node: D::Vector<i32>) -> i32 {
+    layout.offset[layout.pencil::<D>(node) as usize] + Layout::along::<D>(node)
+}
+
+/// From numbers of points, each behind its cell's place, to first places, with the end last; a cell begins a
+/// block where it would not fit into the rest of the one before.
+fn keep_cells_whole(place: &mut [u32]) {
+    let mut end = 0;
+    for k in 0..place.len() - 1 {
+        let (count, room) = (place[k + 1], BLOCK as u32 - end % BLOCK as u32);
+        if count > room && count <= BLOCK as u32 {
+            end += room;
+        }
+        place[k] = end;
+        end += count;
+    }
+    place[place.len() - 1] = end;
+}
+
 /// The blocks of chunk `k` of `count` when there are `total`.
 pub(super) fn share(k: usize, total: usize, count: usize) -> std::ops::Range<usize> {
     k * total / count..(k + 1) * total / count
@@ -285,10 +301,8 @@ fn group_points<R: Real, D: Dimension, S: PointState<R>>(block: &mut Block<R, D,
         }
         block.group[lane] = group;
     }
-    let key = |block: &Block<R, D, S>, lane: usize| {
-        let node = D::vector(|axis| block.node[axis][lane]);
-        layout.offset[layout.pencil::<D>(node) as usize] + Layout::along::<D>(node)
-    };
+    let key =
+        |block: &Block<R, D, S>, lane: usize| place_of::<D>(layout, D::vector(|axis| block.node[axis][lane]));
     let mut order: [(i32, u8); BLOCK] = std::array::from_fn(|lane| (key(block, lane), lane as u8));
     if order.is_sorted() {
         return;

@@ -362,9 +362,10 @@ impl Numerics {
     }
 
     /// Whether increments can be smoothed: whether nodes keep the masses that they share
-    /// (`partition::smoothing`).
+    /// (`partition::smoothing`), and stand in one field.
     pub fn can_smooth(&self) -> bool {
-        self.dimension == DimensionChoice::PlaneStrain
+        !self.separates()
+            && self.dimension == DimensionChoice::PlaneStrain
             && self.shape_function == ShapeChoice::Gimp
             && self.transfer == TransferChoice::Flip
     }

@@ -1,9 +1,8 @@
-//! Variables as text: set by name, list, suggest, document.
+//! Variables as text: set by name, list, suggest.
 
 use super::{Causality, Kind, Real, Variable, all, by_name};
 use crate::Error;
 use crate::scene::Scene;
-use std::fmt::Write;
 
 /// Sets a parameter or the start of an input by its name, from text as a user types it.
 ///
@@ -104,57 +103,6 @@ pub fn nearest_name(name: &str) -> Option<&'static str> {
 pub fn format_real(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 || (1e-3..1e6).contains(&size) { format!("{value}") } else { format!("{value:e}") }
-}
-
-/// The table of all variables in Markdown, for the README.
-pub fn markdown_table() -> String {
-    let mut text = String::new();
-    let groups =
-        [("Inputs", Causality::Input), ("Outputs", Causality::Output), ("Parameters", Causality::Parameter)];
-    for (title, causality) in groups {
-        let has_start = causality != Causality::Output;
-        let start = if has_start { " start | range |" } else { "" };
-        let rule = if has_start { "---|---|" } else { "" };
-        // Writing to a String cannot fail.
-        let _ = writeln!(text, "### {title}\n\n| name | unit |{start} meaning |\n|---|---|{rule}---|");
-        for variable in all().filter(|variable| variable.causality() == causality) {
-            let _ = writeln!(text, "{}", markdown_row(variable, has_start));
-        }
-        text.push('\n');
-    }
-    text.truncate(text.trim_end().len());
-    text.push('\n');
-    text
-}
-
-fn markdown_row(variable: &Variable, has_start: bool) -> String {
-    let unit = match &variable.kind {
-        Kind::Real(real) => real.unit.name,
-        _ => variable.type_name(),
-    };
-    let mut row = format!("| `{}` | {unit} |", variable.name);
-    if has_start {
-        let start = start_text(variable, &Scene::default()).unwrap_or_default();
-        let start = if matches!(variable.kind, Kind::Text(_)) { format!("\"{start}\"") } else { start };
-        let _ = write!(row, " {start} | {} |", range_text(&variable.kind));
-    }
-    let _ = write!(row, " {} |", variable.description);
-    row
-}
-
-/// The range as a reader likes it; open ends are dots.
-fn range_text(kind: &Kind) -> String {
-    let end = |value: f64| if value.is_finite() { format_real(value) } else { "…".to_owned() };
-    match kind {
-        Kind::Real(real) if real.unit.name == "rad" => {
-            let degrees = |value: f64| format!("{:.0}°", value.to_degrees());
-            format!("{} to {}", degrees(real.min), degrees(real.max))
-        }
-        Kind::Real(real) => format!("{} to {}", end(real.min), end(real.max)),
-        Kind::Integer(integer) => format!("{} to {}", integer.min, integer.max),
-        Kind::Choice(choice) => (choice.of.items)().join(", "),
-        Kind::Boolean(_) | Kind::Text(_) => String::new(),
-    }
 }
 
 /// The start value as `set_by_name` reads it; none for an output.
@@ -288,16 +236,12 @@ mod tests {
         assert_eq!(copy, scene);
     }
 
-    /// The README's table has a row for every variable and no cell that breaks it.
+    /// The book's tables are Markdown, whose cells end with a bar.
     #[test]
-    fn the_markdown_table_has_a_row_for_each_variable() {
-        let table = markdown_table();
+    fn descriptions_fit_into_a_cell_of_a_table() {
         for variable in all() {
-            assert!(table.contains(&format!("| `{}` |", variable.name)), "{} is missing", variable.name);
             assert!(!variable.description.contains('|'), "{}", variable.name);
         }
-        let columns = |line: &str| line.matches('|').count();
-        assert!(table.lines().all(|line| line.is_empty() || line.starts_with('#') || columns(line) >= 4));
     }
 
     /// Distances known by hand.
