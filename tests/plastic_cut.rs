@@ -3,15 +3,11 @@
 use swarf::scene::Scene;
 use swarf::study::verification::plastic_cut::{Cut, exact};
 
-/// Rakes (degrees) and the most that a force at 7.5 spacings per feed may be there, over the shear plane's.
-/// Points lock and
-/// the edge tears about one cell: these only hold what is. A formulation that does neither has to bring both
-/// down to 1.08,
-/// the bound.
-const MOST: [(f64, f64); 2] = [(0.0, 1.8), (10.0, 2.0)];
+/// Most that a force at 7.5 spacings per feed may be over the shear plane's: what users of a coarse cut are
+/// told. Without averages over cells and with one velocity field it is 1.8.
+const MOST: f64 = 1.08;
 /// The least: no admissible flow needs less than the shear plane but for what solutions differ from one
-/// another, and for
-/// the means over a wavy force.
+/// another, and for the means over a wavy force.
 const LEAST: f64 = 0.97;
 
 /// What a computation by hand gives for A = 792 MPa and 7830 kg/m3: 2 k f = 274.4 N/mm and ρ f v² = 5.9 N/mm
@@ -35,8 +31,7 @@ fn the_shear_plane_carries_what_a_hand_computation_gives() {
 }
 
 /// The angle of the plane is the one of least work: no angle, tried one by one, needs less power at rest,
-/// and one needs as
-/// little to the square of the step.
+/// and one needs as little to the square of the step.
 #[test]
 fn no_other_shear_plane_needs_less_work() {
     let constants = Scene::default().material.constants;
@@ -65,11 +60,10 @@ fn within_the_band_there_is_no_excess() {
 }
 
 /// Volume is kept and the tool does all the work, so a force far from the shear plane's is the scheme's own
-/// error: too much
-/// from points that lock, too little from work that is lost.
+/// error: too much from points that lock, too little from work that is lost.
 #[test]
-fn a_coarse_cut_lies_between_the_shear_plane_and_what_locking_adds() {
-    for (rake, most) in MOST {
+fn a_coarse_cut_needs_hardly_more_than_the_shear_plane() {
+    for rake in [0.0, 10.0] {
         let outcome = Cut { spacing: 4e-5, rake, feed: 3e-4, speed: 50.0 }.run();
         let over = 1.0 + outcome.exact.excess(outcome.force);
         println!(
@@ -78,7 +72,7 @@ fn a_coarse_cut_lies_between_the_shear_plane_and_what_locking_adds() {
             outcome.ratio,
             100.0 * outcome.balance_error
         );
-        assert!((LEAST..most).contains(&over), "rake {rake}°: {over} of the shear plane's force");
+        assert!((LEAST..MOST).contains(&over), "rake {rake}°: {over} of the shear plane's force");
         assert!(outcome.balance_error < 0.01, "rake {rake}°: the ledger misses {}", outcome.balance_error);
     }
 }

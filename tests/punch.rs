@@ -35,11 +35,12 @@ fn pressures_are_smoother_where_points_touch() {
     assert!((nodes.load - 1.0).abs() < 0.05, "load {} over the limit where nodes touch", nodes.load);
 }
 
-/// Points that share the volume change of their cell meet fewer conditions than the grid has motions, and
-/// lock less: with 8 cells under half the punch the load exceeds the limit by less than three quarters of
-/// what it does with volumes of the points' own, and still lies above the limit, as an upper bound must.
+/// Points that share the strain rates and stresses of their cell meet fewer conditions than the grid has
+/// motions, and lock less: with 8 cells under half the punch the load exceeds the limit by less than three
+/// quarters of what it does with rates of the points' own, and still lies above the limit, as an upper bound
+/// must.
 #[test]
-fn mean_dilatation_locks_less() {
+fn averages_over_cells_lock_less() {
     let [own, shared] = [Volumes::Own, Volumes::Shared].map(|volumes| run(8, true, volumes, 0.04, 4.0));
     println!(
         "load over the limit {:.3} with volumes of their own, {:.3} with shared ones",

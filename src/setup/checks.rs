@@ -200,8 +200,8 @@ fn check_smoothing(scene: &Scene) -> Result<(), Error> {
         return Ok(());
     }
     Err(Error::Inconsistent(
-        "numerics.smoothed_increments = true goes with numerics.dimension = plane_strain, numerics.shape_function = gimp \
-         and numerics.transfer = flip only"
+        "numerics.smoothed_increments = true goes with numerics.dimension = plane_strain, numerics.shape_function = gimp, \
+         numerics.transfer = flip and numerics.formulation = plain only"
             .into(),
     ))
 }
