@@ -14,6 +14,7 @@ mod moving_grid;
 mod smoothing;
 mod sorting;
 pub(crate) mod step_bounds;
+mod tiles;
 pub(crate) mod velocity_outliers;
 
 use crate::checkpoint::{BulkReader, StateBytes};

@@ -20,6 +20,7 @@ use crate::grid::{Layout, MARGIN, PencilRanges};
 use crate::parallel::take_turns;
 use crate::partition::Partition;
 use crate::partition::chunk::Chunk;
+use crate::partition::tiles::Tiles;
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::Real;
 
@@ -39,6 +40,8 @@ pub(super) struct Workspace<R: Real, D: Dimension, S> {
     /// Number of blocks before each chunk.
     firsts: Vec<usize>,
     ranges: PencilRanges,
+    /// Order of the cells, where points of a cell are averaged.
+    tiles: Tiles,
 }
 
 impl<R: Real, D: Dimension, S> Default for Workspace<R, D, S> {
@@ -50,6 +53,7 @@ impl<R: Real, D: Dimension, S> Default for Workspace<R, D, S> {
             sources: Vec::new(),
             firsts: Vec::new(),
             ranges: PencilRanges::default(),
+            tiles: Tiles::default(),
         }
     }
 }
@@ -110,7 +114,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
     /// index in the layout; `GONE` where there is no point.
     fn key_points(&mut self, retire: &mut impl FnMut(&Block<R, D, S>, usize)) {
         let Partition { layout, chunks, workspace, .. } = self;
-        let Workspace { keys, ranges, .. } = workspace;
+        let Workspace { keys, ranges, tiles, .. } = workspace;
         keys.clear();
         for block in chunks.iter().flat_map(|chunk| &chunk.blocks) {
             for lane in 0..BLOCK {
@@ -127,9 +131,10 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         let staying = nodes.clone().zip(keys.iter()).filter(|(_, key)| **key != GONE).map(|(node, _)| node);
         layout.arrange::<D>(staying, ranges);
         if layout.averages_cells {
+            tiles.arrange::<D>(layout);
             let cells = blocks.flat_map(|block| (0..BLOCK).map(|lane| cell_of(layout, block, lane)));
             for (cell, key) in cells.zip(keys).filter(|(_, key)| **key != GONE) {
-                *key = place_of::<D>(layout, cell) as u32;
+                *key = tiles.place::<D>(layout, cell);
             }
         } else {
             for (node, key) in nodes.zip(keys).filter(|(_, key)| **key != GONE) {
@@ -142,9 +147,9 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
     /// points of a cell that are averaged stand in one block.
     fn order_points(&mut self) {
         let Partition { layout, workspace, .. } = self;
-        let Workspace { keys, place, sources, .. } = workspace;
+        let Workspace { keys, place, sources, tiles, .. } = workspace;
         place.clear();
-        place.resize(layout.nodes() + 1, 0);
+        place.resize(if layout.averages_cells { tiles.places() } else { layout.nodes() } + 1, 0);
         for &key in keys.iter().filter(|&&key| key != GONE) {
             place[key as usize + 1] += 1;
         }

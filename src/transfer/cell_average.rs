@@ -23,7 +23,7 @@
 use super::scratch::{Rows, Scratch};
 use crate::dimension::Dimension;
 use crate::points::{BLOCK, Column};
-use crate::simd::{Kernel, Real, Simd, Vector};
+use crate::simd::{Kernel, Real, Simd, Vector, each};
 use std::marker::PhantomData;
 
 /// Part of its own shape change that each point keeps (-): enough that no mode of a cell's points is without
@@ -32,34 +32,18 @@ const OWN: f64 = 0.1;
 
 /// After stage 2: the points of a cell share their velocity gradient.
 pub(super) struct ShareRate<'a, R, D> {
-    volume: &'a Column<R>,
-    group: &'a Column<u8>,
-    scratch: &'a mut Scratch<R>,
-    dimension: PhantomData<D>,
+    pub(super) volume: &'a Column<R>,
+    pub(super) group: &'a Column<u8>,
+    pub(super) scratch: &'a mut Scratch<R>,
+    pub(super) dimension: PhantomData<D>,
 }
 
-/// After stage 3: they share the stress of the nodal forces.
+/// After stage 3: they share the stress of the nodal forces, by the parts of their cells that `ShareRate` has
+/// left in the scratch.
 pub(super) struct ShareStress<'a, R, D> {
-    volume: &'a Column<R>,
-    group: &'a Column<u8>,
-    scratch: &'a mut Scratch<R>,
-    dimension: PhantomData<D>,
-}
-
-impl<'a, R, D> ShareRate<'a, R, D> {
-    /// Of a block's points, with the gradients of their velocities in the scratch.
-    #[inline(always)]
-    pub(super) fn of(volume: &'a Column<R>, group: &'a Column<u8>, scratch: &'a mut Scratch<R>) -> Self {
-        ShareRate { volume, group, scratch, dimension: PhantomData }
-    }
-}
-
-impl<'a, R, D> ShareStress<'a, R, D> {
-    /// Of a block's points, with their forces in the scratch.
-    #[inline(always)]
-    pub(super) fn of(volume: &'a Column<R>, group: &'a Column<u8>, scratch: &'a mut Scratch<R>) -> Self {
-        ShareStress { volume, group, scratch, dimension: PhantomData }
-    }
+    pub(super) group: &'a Column<u8>,
+    pub(super) scratch: &'a mut Scratch<R>,
+    pub(super) dimension: PhantomData<D>,
 }
 
 impl<R: Real, D: Dimension> Kernel<R> for ShareRate<'_, R, D> {
@@ -67,7 +51,10 @@ impl<R: Real, D: Dimension> Kernel<R> for ShareRate<'_, R, D> {
 
     #[inline(always)]
     fn run<S: Simd<Scalar = R>>(self) {
-        Groups::of(self.volume, self.group).share::<S, D, false>(&mut self.scratch.gradients, 0);
+        let ShareRate { volume, group, scratch, .. } = self;
+        let Scratch { gradients, part, cells, .. } = scratch;
+        find_parts(volume, group, part);
+        share::<S, D, false>((group, part), (gradients, cells), 0);
     }
 }
 
@@ -78,71 +65,78 @@ impl<R: Real, D: Dimension> Kernel<R> for ShareStress<'_, R, D> {
     fn run<S: Simd<Scalar = R>>(self) {
         // In the plane force follows momentum in the same record.
         let first = if D::QUADS == 1 { 2 } else { 0 };
-        Groups::of(self.volume, self.group).share::<S, D, true>(&mut self.scratch.gradients, first);
+        let Scratch { gradients, part, cells, .. } = self.scratch;
+        share::<S, D, true>((self.group, part), (gradients, cells), first);
     }
 }
 
-/// The cells of a block's points.
-struct Groups<'a, R> {
-    volume: &'a Column<R>,
-    group: &'a Column<u8>,
-    /// By group: one over the volume of its points (1/m3).
-    inverse: Column<R>,
+/// Each point's part of its cell's volume (-); 0 for places without a point.
+#[inline(always)]
+fn find_parts<R: Real>(volume: &Column<R>, group: &Column<u8>, part: &mut Column<R>) {
+    let mut whole = [R::ZERO; BLOCK];
+    for lane in 0..BLOCK {
+        whole[place(group, lane)] += volume[lane];
+    }
+    let most = group.iter().fold(0, |most, &group| most.max(group));
+    for (whole, _) in whole.iter_mut().zip(0..=most) {
+        // A group of places that stay empty is asked for by none.
+        *whole = if *whole > R::ZERO { R::ONE / *whole } else { R::ZERO };
+    }
+    for lane in 0..BLOCK {
+        part[lane] = volume[lane] * whole[place(group, lane)];
+    }
 }
 
-impl<'a, R: Real> Groups<'a, R> {
-    /// Of points of these volumes (m3) in these groups.
-    #[inline(always)]
-    fn of(volume: &'a Column<R>, group: &'a Column<u8>) -> Self {
-        let mut inverse = [R::ZERO; BLOCK];
-        for lane in 0..BLOCK {
-            inverse[place(group, lane)] += volume[lane];
-        }
-        for sum in &mut inverse {
-            // A group without points, or of places that stay empty, is asked for by none.
-            *sum = if *sum > R::ZERO { R::ONE / *sum } else { R::ZERO };
-        }
-        Groups { volume, group, inverse }
+/// Gives each point the average of its cell, but for the part `OWN` of its own shape.
+///
+/// * `group`, `part`: each point's cell in the block, and its part of that cell's volume (-)
+/// * `rows`: by axis and point, from entry `first` on a column of the point's matrix; velocity gradients,
+///   or with `BY_VOLUME` stresses times volumes
+/// * `cells`: working memory
+#[inline(always)]
+fn share<S: Simd, D: Dimension, const BY_VOLUME: bool>(
+    (group, part): (&Column<u8>, &Column<S::Scalar>),
+    (rows, cells): (&mut [Rows<S::Scalar>; 3], &mut [Rows<S::Scalar>; 3]),
+    first: usize,
+) {
+    let (zero, one) = (S::Scalar::ZERO, S::Scalar::ONE);
+    let used = usize::from(group.iter().fold(0, |most, &group| most.max(group))) % BLOCK + 1;
+    for axis in 0..D::AXES {
+        cells[axis][..used].fill([zero; 4]);
     }
-
-    /// Gives each point the average of its group, but for the part `OWN` of its own shape.
-    ///
-    /// * `rows`: by axis and point, from entry `first` on a column of the point's matrix; velocity gradients,
-    ///   or with `BY_VOLUME` stresses times volumes
-    #[inline(always)]
-    fn share<S: Simd<Scalar = R>, D: Dimension, const BY_VOLUME: bool>(
-        &self,
-        rows: &mut [Rows<R>; 3],
-        first: usize,
-    ) {
-        let mut sums = [[[R::ZERO; 4]; BLOCK]; 3];
+    for lane in 0..BLOCK {
+        let (cell, weight) = (place(group, lane), S::Quad::splat(part[lane]));
         for axis in 0..D::AXES {
-            for lane in 0..BLOCK {
-                let sum = &mut sums[axis][place(self.group, lane)];
-                let row = S::Quad::load(&rows[axis][lane]);
-                let row = if BY_VOLUME { row } else { row * S::Quad::splat(self.volume[lane]) };
-                (S::Quad::load(sum) + row).store(sum);
-            }
+            let sum = &mut cells[axis][cell];
+            let row = S::Quad::load(&rows[axis][lane]);
+            let sum_with =
+                if BY_VOLUME { S::Quad::load(sum) + row } else { weight.mul_add(row, S::Quad::load(sum)) };
+            sum_with.store(sum);
         }
-        let own = R::from_f64(OWN);
-        let share = own / R::from_f64(D::AXES as f64);
-        for lane in 0..BLOCK {
-            let group = place(self.group, lane);
-            let weight = self.inverse[group] * if BY_VOLUME { self.volume[lane] } else { R::ONE };
-            let mut change = R::ZERO;
-            for axis in 0..D::AXES {
-                change += weight * sums[axis][group][first + axis] - rows[axis][lane][first + axis];
-            }
-            for axis in 0..D::AXES {
-                let of_group = S::Quad::load(&sums[axis][group]) * S::Quad::splat(weight);
-                let row = S::Quad::load(&rows[axis][lane]);
-                let mut mixed = [R::ZERO; 4];
-                S::Quad::splat(own).mul_add(row - of_group, of_group).store(&mut mixed);
-                mixed[first + axis] += share * change;
-                for k in first..first + D::AXES {
-                    rows[axis][lane][k] = mixed[k];
-                }
-            }
+    }
+    // What a record holds beside the matrix stays as it is.
+    let own = S::Scalar::from_f64(OWN);
+    let is_matrix = |k: usize| (first..first + D::AXES).contains(&k);
+    let keep = S::Quad::load(&each!(k < 4 => if is_matrix(k) { own } else { one }));
+    let take = S::Quad::load(&each!(k < 4 => if is_matrix(k) { one - own } else { zero }));
+    let share = own / S::Scalar::from_f64(D::AXES as f64);
+    let units = each!(axis < 3 => {
+        S::Quad::load(&each!(k < 4 => if k == first + axis { one } else { zero }))
+    });
+    for lane in 0..BLOCK {
+        let cell = place(group, lane);
+        let weight = S::Quad::splat(if BY_VOLUME { part[lane] } else { one });
+        let own = each!(axis < 3 => S::Quad::load(&rows[axis.min(D::AXES - 1)][lane]));
+        let shared = each!(axis < 3 => weight * S::Quad::load(&cells[axis.min(D::AXES - 1)][cell]));
+        // The change of the trace is the sum of three entries: of a product with rows of the unit matrix.
+        let mut change = S::Quad::constant(0.0);
+        for axis in 0..D::AXES {
+            change = units[axis].mul_add(shared[axis] - own[axis], change);
+        }
+        let change = S::Quad::splat(share * change.sum());
+        for axis in 0..D::AXES {
+            let mixed = keep.mul_add(own[axis], take * shared[axis]);
+            units[axis].mul_add(change, mixed).store(&mut rows[axis][lane]);
         }
     }
 }
@@ -183,8 +177,21 @@ mod tests {
             }
         }
         let (own_rates, own_forces) = (rates.gradients, forces.gradients);
-        dispatch(InstructionSet::Portable, ShareRate::<f64, D>::of(&volume, &group, &mut rates));
-        dispatch(InstructionSet::Portable, ShareStress::<f64, D>::of(&volume, &group, &mut forces));
+        dispatch(
+            InstructionSet::Portable,
+            ShareRate::<f64, D> {
+                volume: &volume,
+                group: &group,
+                scratch: &mut rates,
+                dimension: PhantomData,
+            },
+        );
+        forces.part = rates.part;
+        let scratch = &mut forces;
+        dispatch(
+            InstructionSet::Portable,
+            ShareStress::<f64, D> { group: &group, scratch, dimension: PhantomData },
+        );
         let (rates, forces) = (rates.gradients, forces.gradients);
         let power = |rates: &[Rows<f64>; 3], forces: &[Rows<f64>; 3]| -> f64 {
             let mut sum = 0.0;

@@ -64,6 +64,7 @@ use cell_average::{ShareRate, ShareStress};
 use look::Differences;
 use moments::Affine;
 use scratch::Scratch;
+use std::marker::PhantomData;
 use to_grid::ToGrid;
 use to_points::ToPoints;
 use to_shared::ToShared;
@@ -164,7 +165,8 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
                 S::outlined(to_points)
             }
             if layout.averages_cells {
-                S::outlined(ShareRate::<R, D>::of(&block.volume, &block.group, scratch));
+                let (volume, group) = (&block.volume, &block.group);
+                S::outlined(ShareRate::<R, D> { volume, group, scratch, dimension: PhantomData });
             }
             for part in 0..parts {
                 let lane = part * Pairs::<S>::LANES;
@@ -176,7 +178,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Ker
             }
             let Block { node, offset, velocity, volume, group, .. } = &*block;
             if layout.averages_cells {
-                S::outlined(ShareStress::<R, D>::of(volume, group, scratch));
+                S::outlined(ShareStress::<R, D> { group, scratch, dimension: PhantomData });
             }
             if let Some(look) = &mut look {
                 let (bound, values) = (R::from_f64(look.bound), &scratch.values[0]);

@@ -35,6 +35,10 @@ pub(super) struct Scratch<R> {
     pub momentum: Rows<R>,
     /// Per point: mass times the weights along the pencil.
     pub mass_weights: Rows<R>,
+    /// Per point: its part of its cell's volume, where cells are averaged.
+    pub part: Column<R>,
+    /// By cell of the block and axis: sums over its points.
+    pub cells: [Rows<R>; 3],
 }
 
 impl<R: Real> Scratch<R> {
@@ -46,6 +50,8 @@ impl<R: Real> Scratch<R> {
             gradients: [rows; 3],
             momentum: rows,
             mass_weights: rows,
+            part: [R::ZERO; BLOCK],
+            cells: [rows; 3],
         }
     }
 }
