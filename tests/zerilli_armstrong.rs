@@ -261,7 +261,8 @@ fn every_return_ends_on_the_yield_surface() {
             let bound = 1e-10 * trial;
             assert!(
                 x >= 0.0 && (low.abs().min(high.abs()).min(f(x).abs()) < bound || low * high <= 0.0),
-                "f = {:e} Pa at x = {x:e} of a trial of {trial:e} Pa; {:?}, E {:e} Pa, dt {dt:e} s, ε̄ {before:e}, T {} K",
+                "f = {:e} Pa at x = {x:e} of a trial of {trial:e} Pa; {:?}, E {:e} Pa, dt {dt:e} s, ε̄ \
+                 {before:e}, T {} K",
                 f(x),
                 c.zerilli_armstrong,
                 c.youngs_modulus,

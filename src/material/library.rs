@@ -92,8 +92,8 @@ pub fn resolve(material: &Material) -> Result<Constants, Error> {
                 let _ = write!(allowed, " or {start}{unit} (the start value, which stands for it)");
             }
             return Err(Error::Inconsistent(format!(
-                "material.{name} = {asked}{unit} does not go with material.name = {}; allowed: {allowed}; constants of \
-                 your own need material.name = {CUSTOM}",
+                "material.{name} = {asked}{unit} does not go with material.name = {}; allowed: {allowed}; \
+                 constants of your own need material.name = {CUSTOM}",
                 entry.name
             )));
         }

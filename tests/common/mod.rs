@@ -96,8 +96,8 @@ pub fn update<D: Dimension>(model: &Steel, state: &mut SteelState<D>, h: D::Matr
     dispatch(InstructionSet::detect(), PointUpdate::<D, Steel> { model, state, h: &[h; 4], dt })
 }
 
-/// Stress, plastic strain and temperature of a point at total equivalent strains, from a start on, by Runge and
-/// Kutta's fourth-order method.
+/// Stress, plastic strain and temperature of a point at total equivalent strains, from a start on, by Runge
+/// and Kutta's fourth-order method.
 ///
 /// * `rate`: of the total strain (1/s)
 /// * `slope`: derivatives of the three with respect to time
