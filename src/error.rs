@@ -59,7 +59,8 @@ impl fmt::Display for Error {
                 } else {
                     write!(
                         f,
-                        "{name} = {asked} is not a finite number; allowed is [{min}, {max}]{unit}; the old value is kept"
+                        "{name} = {asked} is not a finite number; allowed is [{min}, {max}]{unit}; the old \
+                         value is kept"
                     )
                 }
             }

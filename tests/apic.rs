@@ -46,7 +46,8 @@ fn shaken(seed: u64) -> Block {
     })
 }
 
-/// Momentum (kg m/s), and angular momentum about the grid's origin with the points' own (kg m2/s); with Σ m |v| and Σ m |x| |v|.
+/// Momentum (kg m/s), and angular momentum about the grid's origin with the points' own (kg m2/s); with Σ m
+/// |v| and Σ m |x| |v|.
 fn momenta(block: &Block) -> ([f64; 3], [f64; 2]) {
     let (mut momenta, mut scales) = ([0.0; 3], [0.0; 2]);
     let density = 7830.0;

@@ -116,8 +116,8 @@ fn damage_begins_at_the_closed_form_and_separation_takes_the_fracture_energy() {
         }
         let begun = begun.expect("damage");
         println!(
-            "triaxiality {triaxiality:.3}, {temperature} K: begins at {begun:.5}, closed form {failure:.5}; fails at {last:.4}, \
-             closed form {full:.4}; separation takes {:.6} of G_f/L",
+            "triaxiality {triaxiality:.3}, {temperature} K: begins at {begun:.5}, closed form {failure:.5}; \
+             fails at {last:.4}, closed form {full:.4}; separation takes {:.6} of G_f/L",
             work[1] * length / c.fracture_energy
         );
         // One step, and the first that crosses the yield surface.

@@ -386,8 +386,8 @@ fn damaged_states_are_refused() {
     assert_eq!(slave.step(1e-6, 1e-6), Status::Ok, "{}", slave.log());
 }
 
-/// Values in millimetres, degrees or Celsius are refused with the value that was probably meant, or warned of where they
-/// are allowed.
+/// Values in millimetres, degrees or Celsius are refused with the value that was probably meant, or warned of
+/// where they are allowed.
 #[test]
 fn slips_of_units_are_told() {
     let slave = Slave::new(false);
@@ -422,8 +422,8 @@ fn slips_of_units_are_told() {
     assert!(log.ends_with("SI: kelvin; 20 degC is 293.15 K"), "{log}");
 }
 
-/// Every step towards a held side succeeds, as masters lose what they have over one that does not; two warnings say what
-/// comes and what came, and the time and the outputs go on.
+/// Every step towards a held side succeeds, as masters lose what they have over one that does not; two
+/// warnings say what comes and what came, and the time and the outputs go on.
 #[test]
 fn a_run_into_the_held_side_keeps_its_results() {
     let slave = Slave::ready(&[("workpiece.length", 1e-3)]);

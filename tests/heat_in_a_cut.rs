@@ -51,7 +51,8 @@ fn heat_is_what_plastic_and_friction_work_give() {
         assert!(outputs.friction_work > 0.01 * outputs.plastic_work, "too little friction: {outputs:?}");
         let imbalance = heat_imbalance(outputs, 0.9);
         println!(
-            "expansion {expands}: heat off by {imbalance:.2e}, energy by {:.3e}, thermoelastic {:.3e} of the work, tool {:.3} of friction, peaks {} and {} K",
+            "expansion {expands}: heat off by {imbalance:.2e}, energy by {:.3e}, thermoelastic {:.3e} of the \
+             work, tool {:.3} of friction, peaks {} and {} K",
             outputs.balance_error,
             outputs.thermoelastic / outputs.tool_work,
             outputs.tool_heat / outputs.friction_work,

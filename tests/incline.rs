@@ -71,8 +71,8 @@ fn contact_begins_at_the_surface_where_points_touch() {
         let gap = |contact| incline(Body::Block, 0.0, degrees, contact).first_contact();
         let (points, nodes, distance) = (gap(Surface), gap(NodesInside), gap(Distance));
         println!(
-            "grid at {degrees}°: gap {points:.4} cells where points touch, {nodes:.2} where nodes do, {distance:.4} under the \
-             distance law"
+            "grid at {degrees}°: gap {points:.4} cells where points touch, {nodes:.2} where nodes do, \
+             {distance:.4} under the distance law"
         );
         assert!(points.abs() < 0.1, "grid at {degrees}°: points touch at a gap of {points} cells");
         assert!((0.2..1.3).contains(&nodes), "grid at {degrees}°: nodes touch at a gap of {nodes} cells");

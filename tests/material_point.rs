@@ -311,8 +311,8 @@ fn every_return_ends_on_the_yield_surface() {
             let x = strain - old.plastic_strain[lane];
             let context = || {
                 format!(
-                    "round {round}, lane {lane}: n {}, C {}, dt {dt:e} s, from ε̄ {:e}, T {} K, at rest {:e} Pa, trial {trial:e} Pa; \
-                     got q {q:e} Pa, increment {x:e}, T {} K",
+                    "round {round}, lane {lane}: n {}, C {}, dt {dt:e} s, from ε̄ {:e}, T {} K, at rest {:e} \
+                     Pa, trial {trial:e} Pa; got q {q:e} Pa, increment {x:e}, T {} K",
                     c.hardening_exponent,
                     c.rate_coefficient,
                     old.plastic_strain[lane],
@@ -366,7 +366,8 @@ fn every_return_ends_on_the_yield_surface() {
         }
     }
     println!(
-        "{returns} returns: largest residual {:.1e}, largest departure from the radial path {:.1e} (of q_trial)",
+        "{returns} returns: largest residual {:.1e}, largest departure from the radial path {:.1e} (of \
+         q_trial)",
         worst.0, worst.1
     );
     assert!(returns > 150_000, "only {returns} of the random states yielded");

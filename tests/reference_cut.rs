@@ -66,8 +66,9 @@ fn cut(scene: &Scene) -> Forces {
     let [cutting, thrust] = impulse.map(|sum| sum / (12.0 * STEP) / (1e3 * scene.workpiece.width));
     let o = session.outputs();
     println!(
-        "{name}: cutting {cutting:.1}, thrust {thrust:.1} N/mm, ratio {:.4}; ledger {:.2} %, J ≥ {smallest:.3}, {outside} of {count} \
-         outside 0.7–1.3, pressure ≤ {:.1} GPa, chip {:.0} K, {:.2} mm thick, peak strain {:.1}, 99.9 % {:.2}",
+        "{name}: cutting {cutting:.1}, thrust {thrust:.1} N/mm, ratio {:.4}; ledger {:.2} %, J ≥ \
+         {smallest:.3}, {outside} of {count} outside 0.7–1.3, pressure ≤ {:.1} GPa, chip {:.0} K, {:.2} mm \
+         thick, peak strain {:.1}, 99.9 % {:.2}",
         thrust / cutting,
         1e2 * worst_balance,
         1e-9 * worst_pressure,
@@ -227,7 +228,8 @@ fn cutting_force_lies_above_the_shear_plane_of_least_work() {
             (forces(REFERENCE, friction, 0.0, feed).cutting, shear_plane(friction, 0.0, feed));
         let share = force / plane;
         println!(
-            "30,000 points, friction {friction}, feed {feed} m: {force:.1} N/mm, {share:.3} of the shear plane"
+            "30,000 points, friction {friction}, feed {feed} m: {force:.1} N/mm, {share:.3} of the shear \
+             plane"
         );
         assert!(
             (1.05..1.3).contains(&share),

@@ -50,24 +50,7 @@ fn integrated(c: &Constants, rate: f64, strains: &[f64]) -> Vec<[f64; 3]> {
         let heating = c.taylor_quinney * q / (c.density * c.specific_heat);
         [three_mu * (rate - plastic), plastic, heating * plastic]
     };
-    let add = |y: [f64; 3], k: [f64; 3], h: f64| [0, 1, 2].map(|i| y[i] + h * k[i]);
-    let (mut y, mut done) = ([0.0, 0.0, ROOM], 0.0);
-    let mut out = Vec::new();
-    for &end in strains {
-        while done < end {
-            // Fine steps from first yield on, where ε̄ⁿ has no slope; elastic strain is exact in any.
-            let size = (0.01 * y[1]).clamp(1e-8, 1e-5).min(end - done);
-            let h = size / rate;
-            let k1 = slope(y);
-            let k2 = slope(add(y, k1, 0.5 * h));
-            let k3 = slope(add(y, k2, 0.5 * h));
-            let k4 = slope(add(y, k3, h));
-            y = [0, 1, 2].map(|i| y[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
-            done += size;
-        }
-        out.push(y);
-    }
-    out
+    common::integrate([0.0, 0.0, ROOM], rate, strains, slope)
 }
 
 fn equivalent_stress(state: &Point) -> f64 {

@@ -140,7 +140,8 @@ fn a_reversed_tool_leaves_the_workpiece() {
     assert_eq!((o.cut_length, o.tool_work), (free.cut_length, free.tool_work), "a tool in air cuts");
 }
 
-/// Without and with the speed-ups that move with the tool: ahead of it in feeds (`numerics.active_window`), and above it.
+/// Without and with the speed-ups that move with the tool: ahead of it in feeds (`numerics.active_window`),
+/// and above it.
 const SPEEDUPS: [f64; 2] = [0.0, 3.0];
 
 /// A tool at a negative feed stands above the surface and passes over all of the workpiece without a touch.
@@ -163,8 +164,8 @@ fn a_tool_above_the_surface_feels_nothing() {
     }
 }
 
-/// A tool that goes back and is lifted by the workpiece's height carries nothing, whatever is left of the chip; let down
-/// again it cuts again.
+/// A tool that goes back and is lifted by the workpiece's height carries nothing, whatever is left of the
+/// chip; let down again it cuts again.
 #[test]
 fn a_lifted_tool_is_free_and_can_come_back() {
     for reach in SPEEDUPS {
@@ -222,8 +223,8 @@ fn a_lag_behind_the_feed_is_told() {
     }
 }
 
-/// Where the left side is held the tool stops one feed before it, says so, and the run goes on with a tool at rest: no
-/// force rises beyond what it was two feeds before. It can go back.
+/// Where the left side is held the tool stops one feed before it, says so, and the run goes on with a tool at
+/// rest: no force rises beyond what it was two feeds before. It can go back.
 #[test]
 fn the_tool_stops_before_a_held_side() {
     for rake in [0.0, -20.0] {
@@ -278,7 +279,8 @@ fn a_restored_run_does_not_repeat_its_warnings() {
     assert_eq!(again.take_warnings(), Vec::<String>::new());
 }
 
-/// Where the left side is free the tool leaves there: it pushes the last of the workpiece out, and carries nothing then.
+/// Where the left side is free the tool leaves there: it pushes the last of the workpiece out, and carries
+/// nothing then.
 #[test]
 fn the_tool_leaves_at_a_free_side() {
     for reach in SPEEDUPS {

@@ -26,8 +26,8 @@ fn viscosity_calms_the_shock_and_closes_the_ledger() {
         });
         let (before, after) = (overshoot(&plain), overshoot(&viscous));
         println!(
-            "{cells} cells: overshoot {before:.4} became {after:.4}; viscous work {:.4} of the plastic work, ledger off by {:.1e} \
-             (plain {:.1e}), momentum by {:.1e}, plateau off by {:.4} (plain {:.4})",
+            "{cells} cells: overshoot {before:.4} became {after:.4}; viscous work {:.4} of the plastic work, \
+             ledger off by {:.1e} (plain {:.1e}), momentum by {:.1e}, plateau off by {:.4} (plain {:.4})",
             viscous.viscous_work,
             viscous.imbalance,
             plain.imbalance,

@@ -126,9 +126,9 @@ impl Numbers {
         let [force, thrust, strain, rise] = self.differences(other);
         let solid = 100.0 * (self.solid_strain / other.solid_strain - 1.0);
         println!(
-            "  {name:<26} {:8.1} CPU s {:7.1} s  force {:7.2} N/mm ({force:+.2} %)  thrust {:7.2} ({thrust:+.2} % of \
-             the force)  strain {:.3} ({strain:+.2} %), without {} melted points {:.3} ({solid:+.2} %)  {:.1} K \
-             ({rise:+.2} %)  ledger {:.3} %  mass x {:.3}",
+            "  {name:<26} {:8.1} CPU s {:7.1} s  force {:7.2} N/mm ({force:+.2} %)  thrust {:7.2} \
+             ({thrust:+.2} % of the force)  strain {:.3} ({strain:+.2} %), without {} melted points {:.3} \
+             ({solid:+.2} %)  {:.1} K ({rise:+.2} %)  ledger {:.3} %  mass x {:.3}",
             self.cpu,
             self.wall,
             self.force[0] * 1e-3,
@@ -219,8 +219,9 @@ pub fn compare_means(plans: impl IntoIterator<Item = (String, Plan)>) -> Vec<Val
         let other = first.get_or_insert_with(|| means.clone());
         let [force, thrust, strain, rise] = means.differences(other);
         println!(
-            "  {name:<26} {:8.1} CPU s  force {:.1} ± {:.1} N/mm ({force:+.2} %)  thrust {:.1} ± {:.1} ({thrust:+.2} % of \
-             the force)  strain {:.3} ± {:.3} ({strain:+.2} %)  rise {:.1} ± {:.1} K ({rise:+.2} %)  ledger {:.3} %",
+            "  {name:<26} {:8.1} CPU s  force {:.1} ± {:.1} N/mm ({force:+.2} %)  thrust {:.1} ± {:.1} \
+             ({thrust:+.2} % of the force)  strain {:.3} ± {:.3} ({strain:+.2} %)  rise {:.1} ± {:.1} K \
+             ({rise:+.2} %)  ledger {:.3} %",
             means.cpu,
             means.figures[0] * 1e-3,
             means.scatter[0] * 1e-3,

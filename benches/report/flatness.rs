@@ -123,8 +123,8 @@ fn in_precision<R: Real>(
         let points = start::<R>(sizes[k], bands[k]).points();
         let yielding = mean_yielding::<R>(sizes[k], bands[k]);
         println!(
-            "  {precision}: {points:9} points, {:5.1} ns per point and substep, {over_smallest:.2} times the smallest block's \
-             ({:.2} to {:.2}); {:.1} % yield (band of {:.3})",
+            "  {precision}: {points:9} points, {:5.1} ns per point and substep, {over_smallest:.2} times the \
+             smallest block's ({:.2} to {:.2}); {:.1} % yield (band of {:.3})",
             1e9 * cost,
             ratios[0],
             ratios[ROUNDS - 1],

@@ -27,7 +27,8 @@ pub struct Named {
 pub const NAMED: [Named; 9] = [
     Named {
         name: "step-rate",
-        about: "the first microsecond of the paper's cut, 120,000 points: point-steps per CPU second, two threads over one",
+        about: "the first microsecond of the paper's cut, 120,000 points: point-steps per CPU second, two \
+            threads over one",
         run: step_rate,
     },
     Named {
@@ -37,22 +38,26 @@ pub const NAMED: [Named; 9] = [
     },
     Named {
         name: "flatness",
-        about: "what a point costs from 7,500 to 1,200,000 points, one thread, a block in which the same share yields at every size",
+        about: "what a point costs from 7,500 to 1,200,000 points, one thread, a block in which the same \
+            share yields at every size",
         run: flatness,
     },
     Named {
         name: "levels",
-        about: "what the levels change by friction, feed and rake, 30,000 points, 1.6 mm, means of three runs",
+        about: "what the levels change by friction, feed and rake, 30,000 points, 1.6 mm, means of three \
+            runs",
         run: levels,
     },
     Named {
         name: "smoothing",
-        about: "what smoothed increments save and change by friction, feed and rake, 30,000 points, 1.6 mm, means of three runs",
+        about: "what smoothed increments save and change by friction, feed and rake, 30,000 points, 1.6 mm, \
+            means of three runs",
         run: smoothing,
     },
     Named {
         name: "steel-1045",
-        about: "AISI 1045 at 3.33 m/s, without automatic mass scaling, with it, and at fast with plain increments, five shifted starts each",
+        about: "AISI 1045 at 3.33 m/s, without automatic mass scaling, with it, and at fast with plain \
+            increments, five shifted starts each",
         run: steel_1045,
     },
     Named {
@@ -62,7 +67,8 @@ pub const NAMED: [Named; 9] = [
     },
     Named {
         name: "contact-laws",
-        about: "the reference cut under each contact law, 7,500 points with three shifted starts, and 30,000; gap at first contact",
+        about: "the reference cut under each contact law, 7,500 points with three shifted starts, and \
+            30,000; gap at first contact",
         run: contact_laws,
     },
     Named {
@@ -130,8 +136,9 @@ fn rates(precision: &str, pairs: &[RatePair]) -> Value {
     let (multiply_adds, _) = sorted(&|pair| pair.machine.multiply_adds);
     let (triad, _) = sorted(&|pair| pair.machine.triad);
     println!(
-        "  {precision}: {:.2} million point-steps per CPU second on one thread ({:.2} to {:.2}); two threads are {two_over_one:.3} \
-         times one by wall time ({:.3} to {:.3}), in multiply-adds alone {multiply_adds:.3}, in the triad {triad:.3}",
+        "  {precision}: {:.2} million point-steps per CPU second on one thread ({:.2} to {:.2}); two threads \
+         are {two_over_one:.3} times one by wall time ({:.3} to {:.3}), in multiply-adds alone \
+         {multiply_adds:.3}, in the triad {triad:.3}",
         rate / 1e6,
         rates[0] / 1e6,
         rates[REPEATS - 1] / 1e6,

@@ -55,7 +55,10 @@ impl Fmu {
     /// When the FMU refuses; its messages say why.
     pub fn instantiate(&self, name: &str) -> Result<Instance<'_>, String> {
         let raw = self.import.instantiate_cs(name, false, true).map_err(|e| {
-            format!("the FMU cannot be instantiated ({e}); if a variable changed, run `cargo xtask describe` first")
+            format!(
+                "the FMU cannot be instantiated ({e}); if a variable changed, run `cargo xtask describe` \
+                first"
+            )
         })?;
         Ok(Instance { raw, description: &self.description })
     }

@@ -168,7 +168,8 @@ pub fn run(options: &Options) -> Result<Cut, String> {
     } else {
         let (lines, path, travel) = (history.len(), history.path.display(), 1e3 * history.last("travel"));
         eprintln!(
-            "swarf-master: ended at {travel:.3} mm of travel; '{path}' is complete up to there ({lines} lines)"
+            "swarf-master: ended at {travel:.3} mm of travel; '{path}' is complete up to there ({lines} \
+             lines)"
         );
     }
     Ok(Cut { history, parameters, heads, ending, cpu_seconds, wall_seconds })

@@ -79,15 +79,15 @@ impl Watch {
         }
         if imbalance.abs() > ENERGY_LIMIT * through {
             return unstable(format!(
-                "{imbalance:.3e} J of {through:.3e} J are unaccounted for (energy.balance_error; at most {:.0} % are \
-                 allowed): the scheme feeds itself; lower numerics.courant",
+                "{imbalance:.3e} J of {through:.3e} J are unaccounted for (energy.balance_error; at most \
+                 {:.0} % are allowed): the scheme feeds itself; lower numerics.courant",
                 100.0 * ENERGY_LIMIT
             ));
         }
         if -ledger.damping > ENERGY_LIMIT * through {
             return unstable(format!(
-                "the scheme brought in {:.3e} J of its own beside {through:.3e} J (energy.damping is negative; at most \
-                 {:.0} % are allowed); lower numerics.courant",
+                "the scheme brought in {:.3e} J of its own beside {through:.3e} J (energy.damping is \
+                 negative; at most {:.0} % are allowed); lower numerics.courant",
                 -ledger.damping,
                 100.0 * ENERGY_LIMIT
             ));

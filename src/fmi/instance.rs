@@ -115,8 +115,8 @@ impl Instance {
                 self.model.header.state = State::Spoiled;
                 let text = panic_text(panic.as_ref());
                 let text = format!(
-                    "{}: internal error: {text}; please report it. This instance is spoiled until it is reset, \
-                     restored or freed; others are not touched",
+                    "{}: internal error: {text}; please report it. This instance is spoiled until it is \
+                     reset, restored or freed; others are not touched",
                     call.name
                 );
                 self.message(Status::Error, Category::Error, &text);
@@ -319,8 +319,8 @@ impl Instance {
         if reached < target {
             header.state = State::StepDiscarded;
             let text = format!(
-                "fmi2DoStep: stopped at {reached:e} s on the way to {target:e} s by numerics.wall_time_limit; \
-                 call it again from {reached:e} s to go on"
+                "fmi2DoStep: stopped at {reached:e} s on the way to {target:e} s by \
+                 numerics.wall_time_limit; call it again from {reached:e} s to go on"
             );
             self.message(Status::Discard, Category::Discard, &text);
             return Ok(Status::Discard);

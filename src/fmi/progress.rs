@@ -88,8 +88,9 @@ impl Progress<'_> {
 pub(super) fn summary(reached: f64, wall: f64, before: &Outputs, outputs: &Outputs) -> String {
     let Outputs { substeps, time_step, active_points, min_jacobian, balance_error, .. } = outputs;
     let text = format!(
-        "at {} s after {wall:.3} s of wall time: {substeps} substeps, the last of {} s; {active_points} points, {} \
-         retired in this step; smallest volume ratio {min_jacobian:.3}; energy unaccounted for {:.3} %",
+        "at {} s after {wall:.3} s of wall time: {substeps} substeps, the last of {} s; {active_points} \
+         points, {} retired in this step; smallest volume ratio {min_jacobian:.3}; energy unaccounted for \
+         {:.3} %",
         short(reached),
         short(*time_step),
         outputs.retired_points - before.retired_points,
@@ -102,8 +103,8 @@ pub(super) fn summary(reached: f64, wall: f64, before: &Outputs, outputs: &Outpu
     match outputs.retries - before.retries {
         0 => text,
         retries => format!(
-            "{text}; {retries} times a substep was solved again at half its length, because a point would have moved too \
-             far or changed its volume too much"
+            "{text}; {retries} times a substep was solved again at half its length, because a point would \
+             have moved too far or changed its volume too much"
         ),
     }
 }
@@ -143,8 +144,8 @@ mod tests {
         };
         assert_eq!(
             summary(1e-6, 0.5, &before, &outputs),
-            "at 1e-6 s after 0.500 s of wall time: 412 substeps, the last of 2.4e-9 s; 29997 points, 2 retired in this \
-             step; smallest volume ratio 0.931; energy unaccounted for -0.040 %"
+            "at 1e-6 s after 0.500 s of wall time: 412 substeps, the last of 2.4e-9 s; 29997 points, 2 \
+             retired in this step; smallest volume ratio 0.931; energy unaccounted for -0.040 %"
         );
         outputs.stray_velocities = 12;
         outputs.retries = 7;

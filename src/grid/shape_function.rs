@@ -68,8 +68,8 @@ impl<R: Real> ShapeFunction<R> for Linear {
 /// edge.
 ///
 /// With a the half width of a point over the cell length and t = clamp(d, −a, a), the node at +1 has
-/// w₊ = (a + t)²/(4a) + max(d − a, 0), the node at −1 the same of −d, and the nearest node the rest. For a = ¼ this
-/// is the paper's Φ(1 − d): (5 − 4r)²/16 at r = 1 − d is (¼ + d)².
+/// w₊ = (a + t)²/(4a) + max(d − a, 0), the node at −1 the same of −d, and the nearest node the rest. For a =
+/// ¼ this is the paper's Φ(1 − d): (5 − 4r)²/16 at r = 1 − d is (¼ + d)².
 ///
 /// Source: Bardenhagen and Kober (2004), eq. 40.
 #[derive(Clone, Copy, Debug)]

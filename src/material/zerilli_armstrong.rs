@@ -281,7 +281,8 @@ mod tests {
                 let stress = first(slopes::<Double, _>(&law, At { strain, rate, temperature }).flow.stress);
                 assert!(
                     (stress / other - 1.0).abs() < if rate == 1.0 { 0.01 } else { 0.2 },
-                    "{stress:e} Pa at strain {strain}, {rate} 1/s, {temperature} K; Johnson and Cook {other:e} Pa"
+                    "{stress:e} Pa at strain {strain}, {rate} 1/s, {temperature} K; Johnson and Cook \
+                     {other:e} Pa"
                 );
             }
         }

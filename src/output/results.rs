@@ -232,8 +232,8 @@ impl ResultsWriter {
 
     fn collection(&self) -> String {
         let mut out = format!(
-            "<?xml version=\"1.0\"?>\n{}<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n  \
-             <Collection>\n",
+            "<?xml version=\"1.0\"?>\n{}<VTKFile type=\"Collection\" version=\"1.0\" \
+             byte_order=\"LittleEndian\">\n  <Collection>\n",
             vtk::comment(&self.parameters)
         );
         for Frame { number, time, .. } in &self.frames {

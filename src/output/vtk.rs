@@ -169,7 +169,8 @@ fn field_data(time: f64, parameters: &[(String, String)]) -> String {
         }
         let count = lines.len();
         format!(
-            "<Array type=\"String\" Name=\"{name}\" NumberOfTuples=\"{count}\" format=\"ascii\">\n{codes}\n</Array>\n"
+            "<Array type=\"String\" Name=\"{name}\" NumberOfTuples=\"{count}\" \
+             format=\"ascii\">\n{codes}\n</Array>\n"
         )
     };
     let lines: Vec<String> = parameters.iter().map(|(name, value)| format!("{name} = {value}")).collect();
@@ -202,8 +203,8 @@ impl Appended {
         let length = (self.data.len() - offset - 8) as u64;
         self.data[offset..offset + 8].copy_from_slice(&length.to_le_bytes());
         format!(
-            "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"appended\" \
-             offset=\"{offset}\"/>\n"
+            "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" \
+             format=\"appended\" offset=\"{offset}\"/>\n"
         )
     }
 

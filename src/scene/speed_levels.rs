@@ -88,7 +88,8 @@ pub fn summary(scene: &Scene, mass_factor: f64) -> String {
     if numerics.mass_scaling == 0.0 {
         let (speed, share) = (scene.inputs.tool_velocity, 100.0 * numerics.inertia_error);
         parts.push(format!(
-            "automatic mass scaling, a factor of {mass_factor:.3} at {speed} m/s for {share} % of the cutting force"
+            "automatic mass scaling, a factor of {mass_factor:.3} at {speed} m/s for {share} % of the \
+             cutting force"
         ));
     } else if numerics.mass_scaling != 1.0 {
         parts.push(format!("mass scaled by {}", numerics.mass_scaling));

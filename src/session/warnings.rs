@@ -21,9 +21,9 @@ impl RunState {
             if lag.abs() > scene.numerics.point_spacing {
                 self.warned.lag = true;
                 warnings.push(format!(
-                    "at {time:.4e} s the tool lags {:.4e} m behind the feed asked for, {asked:.4e} m: it follows a jump \
-                     at no more than tool.feed_rate_limit = {} m/s (an input derivative exactly); output tool_lag tells \
-                     how far it lags; this is said once",
+                    "at {time:.4e} s the tool lags {:.4e} m behind the feed asked for, {asked:.4e} m: it \
+                     follows a jump at no more than tool.feed_rate_limit = {} m/s (an input derivative \
+                     exactly); output tool_lag tells how far it lags; this is said once",
                     lag.abs(),
                     scene.tool.feed_rate_limit
                 ));
@@ -36,19 +36,19 @@ impl RunState {
         if left < FEEDS_TO_WARN && !self.warned.near {
             self.warned.near = true;
             warnings.push(format!(
-                "at {time:.4e} s less than {FEEDS_TO_WARN} feeds are left between the tool and the workpiece's left side, \
-                 which is held: the forces are the fixture's as well from here on, and the tool will stop at \
-                 {FEEDS_TO_STOP} feed; a longer workpiece (workpiece.length) or a free side (workpiece.held_side = false) \
-                 lets it go on"
+                "at {time:.4e} s less than {FEEDS_TO_WARN} feeds are left between the tool and the \
+                 workpiece's left side, which is held: the forces are the fixture's as well from here on, \
+                 and the tool will stop at {FEEDS_TO_STOP} feed; a longer workpiece (workpiece.length) or a \
+                 free side (workpiece.held_side = false) lets it go on"
             ));
         }
         if left < FEEDS_TO_STOP {
             self.warned.stopped = true;
             warnings.push(format!(
-                "at {time:.4e} s the tool stopped {FEEDS_TO_STOP} feed before the workpiece's left side, which is held: \
-                 it goes neither further nor deeper, whatever tool_velocity and feed are, and forces from here on are \
-                 those on a tool at rest; it can go back or be lifted; a longer workpiece (workpiece.length) or a free \
-                 side (workpiece.held_side = false) lets it go on"
+                "at {time:.4e} s the tool stopped {FEEDS_TO_STOP} feed before the workpiece's left side, \
+                 which is held: it goes neither further nor deeper, whatever tool_velocity and feed are, and \
+                 forces from here on are those on a tool at rest; it can go back or be lifted; a longer \
+                 workpiece (workpiece.length) or a free side (workpiece.held_side = false) lets it go on"
             ));
         }
         Ok(())

@@ -39,8 +39,8 @@ pub fn check(scene: &Scene) -> Result<Scene, Error> {
     };
     if shortest < 4.0 * cell {
         return Err(Error::Inconsistent(format!(
-            "numerics.point_spacing = {} m is too coarse: the workpiece is {shortest} m in its shortest direction and \
-             needs at least four cells of {} points each",
+            "numerics.point_spacing = {} m is too coarse: the workpiece is {shortest} m in its shortest \
+             direction and needs at least four cells of {} points each",
             scene.numerics.point_spacing, scene.numerics.points_per_cell_edge
         )));
     }
@@ -53,7 +53,8 @@ pub fn check(scene: &Scene) -> Result<Scene, Error> {
     let points = workpiece.length / spacing * workpiece.height / spacing * width;
     if points > MOST_POINTS {
         return Err(Error::Inconsistent(format!(
-            "numerics.point_spacing = {spacing} m gives {points:.3e} points; at most {MOST_POINTS:.0e} are allowed"
+            "numerics.point_spacing = {spacing} m gives {points:.3e} points; at most {MOST_POINTS:.0e} are \
+             allowed"
         )));
     }
     if scene.effects.tool_heat && scene.effects.heat != Heat::Conduction {
@@ -63,7 +64,8 @@ pub fn check(scene: &Scene) -> Result<Scene, Error> {
     }
     if scene.effects.thermal_expansion && scene.effects.heat == Heat::None {
         return Err(Error::Inconsistent(
-            "effects.thermal_expansion = true needs a temperature that changes: effects.heat = adiabatic or conduction"
+            "effects.thermal_expansion = true needs a temperature that changes: effects.heat = adiabatic or \
+             conduction"
                 .into(),
         ));
     }
@@ -78,7 +80,9 @@ pub fn check(scene: &Scene) -> Result<Scene, Error> {
         && resolved.numerics.precision == Precision::Single
     {
         return Err(Error::Inconsistent(
-            "numerics.shape_function = linear goes with numerics.precision = double and numerics.speed = exact only".into(),
+            "numerics.shape_function = linear goes with numerics.precision = double and numerics.speed = \
+             exact only"
+                .into(),
         ));
     }
     limit_courant(&mut resolved, asked_courant)?;
@@ -99,7 +103,8 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     let temperature = scene.workpiece.initial_temperature;
     let cold = (temperature < COLD).then(|| {
         format!(
-            "workpiece.initial_temperature = {temperature} K is below {COLD} K; SI: kelvin; {temperature} degC is {:.2} K",
+            "workpiece.initial_temperature = {temperature} K is below {COLD} K; SI: kelvin; {temperature} \
+             degC is {:.2} K",
             temperature + ZERO_CELSIUS
         )
     });
@@ -152,19 +157,20 @@ fn check_contact(scene: &Scene) -> Result<(), Error> {
     let refuse = |text: &str| Err(Error::Inconsistent(format!("numerics.contact = {name} {text}")));
     if scene.numerics.points_per_cell_edge != 2 {
         return refuse(
-            "goes with numerics.points_per_cell_edge = 2 only: its tool is made of points half a cell apart, and bodies \
-             touch where their points are that close",
+            "goes with numerics.points_per_cell_edge = 2 only: its tool is made of points half a cell apart, \
+             and bodies touch where their points are that close",
         );
     }
     if scene.effects.sticking {
         return refuse(
-            "goes with effects.sticking = false only: the shear strength is that of touching points, of which nodes \
-             know nothing",
+            "goes with effects.sticking = false only: the shear strength is that of touching points, of \
+             which nodes know nothing",
         );
     }
     if scene.effects.tool_heat {
         return refuse(
-            "goes with effects.tool_heat = false only: heat flows where points touch the tool, and this law acts on nodes",
+            "goes with effects.tool_heat = false only: heat flows where points touch the tool, and this law \
+             acts on nodes",
         );
     }
     Ok(())
@@ -186,10 +192,10 @@ fn check_affine(scene: &Scene) -> Result<(), Error> {
         return Ok(());
     }
     Err(Error::Inconsistent(
-        "numerics.transfer = apic goes with numerics.dimension = plane_strain, numerics.shape_function = gimp, \
-         numerics.precision = double (numerics.speed = exact), effects.rate = true, effects.heat = adiabatic, \
-         effects.thermal_softening = true, material.law = johnson_cook and neither effects.damage nor \
-         effects.artificial_viscosity only"
+        "numerics.transfer = apic goes with numerics.dimension = plane_strain, numerics.shape_function = \
+         gimp, numerics.precision = double (numerics.speed = exact), effects.rate = true, effects.heat = \
+         adiabatic, effects.thermal_softening = true, material.law = johnson_cook and neither effects.damage \
+         nor effects.artificial_viscosity only"
             .into(),
     ))
 }
@@ -213,8 +219,8 @@ fn check_chip(scene: &Scene) -> Result<(), Error> {
         return Ok(());
     }
     Err(Error::Inconsistent(format!(
-        "numerics.active_chip = {above} is below {LEAST_REACH} feeds, so near the bulge of the workpiece before the tool that this may be taken for chip; \
-         0 integrates the whole chip"
+        "numerics.active_chip = {above} is below {LEAST_REACH} feeds, so near the bulge of the workpiece \
+         before the tool that this may be taken for chip; 0 integrates the whole chip"
     )))
 }
 
@@ -247,7 +253,8 @@ fn refuse_rare(scene: &Scene) -> Result<(), Error> {
     }
     if effects.artificial_viscosity && (!is_plain || effects.damage) {
         return refuse(
-            "effects.artificial_viscosity = true goes with material.law = johnson_cook and effects.damage = false only"
+            "effects.artificial_viscosity = true goes with material.law = johnson_cook and effects.damage = \
+             false only"
                 .into(),
         );
     }

@@ -397,7 +397,8 @@ mod tests {
             let mean = limits.iter().sum::<f64>() / limits.len() as f64;
             let below = limits.iter().filter(|&&uneven| uneven < limit).count();
             println!(
-                "{cells:?}: straight {limit:.4}, uneven {lowest:.4} at the least, {mean:.4} on average, {below} lower"
+                "{cells:?}: straight {limit:.4}, uneven {lowest:.4} at the least, {mean:.4} on average, \
+                 {below} lower"
             );
             assert!((least..limit).contains(&lowest), "{cells:?}: {lowest}");
         }

@@ -65,7 +65,8 @@ pub fn effects_summary(scene: &Scene) -> String {
     };
     let viscosity = if scene.effects.artificial_viscosity { ", artificial viscosity" } else { "" };
     format!(
-        "effects: plasticity ({}{law}), {rate}, {heat}{damage}{viscosity}, {friction}{sticking}{expansion}{tool_heat}{locking}{transfer}; {contact}{}{speedups}",
+        "effects: plasticity ({}{law}), {rate}, {heat}{damage}{viscosity}, \
+         {friction}{sticking}{expansion}{tool_heat}{locking}{transfer}; {contact}{}{speedups}",
         scene.material.name,
         if speedups.is_empty() { "" } else { "; " }
     )

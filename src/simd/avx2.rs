@@ -379,7 +379,8 @@ fn store_pair(pair: F32x8, to: &mut [f32], p: usize) {
 }
 
 /// Asks for part `part` of `parts` of the cache lines of `what`, up to the second level: the first is full of
-/// what is at hand. Each part has the same number of lines, known to the compiler, so the last may go on behind
+/// what is at hand. Each part has the same number of lines, known to the compiler, so the last may go on
+/// behind
 /// `what`.
 #[inline(always)]
 fn prefetch<T>(what: &T, part: usize, parts: usize) {

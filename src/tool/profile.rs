@@ -370,8 +370,9 @@ fn check(rake: f64, clearance: f64, edge_radius: f64, length: f64, height: f64) 
         || rake + clearance > right_angle - SMALLEST_WEDGE
     {
         return refuse(format!(
-            "tool.rake_angle = {rake} rad and tool.clearance_angle = {clearance} rad leave no tool; the rake angle \
-             must be above {:.4} rad, the clearance angle at least 0 rad and their sum at most {:.4} rad (89 degrees)",
+            "tool.rake_angle = {rake} rad and tool.clearance_angle = {clearance} rad leave no tool; the rake \
+             angle must be above {:.4} rad, the clearance angle at least 0 rad and their sum at most {:.4} \
+             rad (89 degrees)",
             SMALLEST_WEDGE - right_angle,
             right_angle - SMALLEST_WEDGE
         ));
@@ -381,8 +382,9 @@ fn check(rake: f64, clearance: f64, edge_radius: f64, length: f64, height: f64) 
     let largest = largest_for_height.min(length / clearance.sin());
     if edge_radius < 0.0 || edge_radius >= largest {
         return refuse(format!(
-            "tool.edge_radius = {edge_radius} m does not fit a tool of length {length} m and height {height} m with \
-             rake angle {rake} rad and clearance angle {clearance} rad; it must be at least 0 m and below {largest:.4e} m"
+            "tool.edge_radius = {edge_radius} m does not fit a tool of length {length} m and height {height} \
+             m with rake angle {rake} rad and clearance angle {clearance} rad; it must be at least 0 m and \
+             below {largest:.4e} m"
         ));
     }
     Ok(())

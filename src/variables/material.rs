@@ -69,7 +69,8 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1108,
         name: "material.rate_coefficient",
-        description: "Johnson-Cook constant C: growth of the flow stress with the logarithm of the strain rate",
+        description: "Johnson-Cook constant C: growth of the flow stress with the logarithm of the strain \
+            rate",
         kind: real(&ONE, "", [0.0, 1.0], Some(0.01), parameter!(material.constants.rate_coefficient)),
     },
     Variable {
@@ -183,7 +184,8 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1440,
         name: "material.tanh_a",
-        description: "Sima-Ozel constant a: exponent of the strain at which hardening decays; for material.law = johnson_cook_tanh",
+        description: "Sima-Ozel constant a: exponent of the strain at which hardening decays; for \
+            material.law = johnson_cook_tanh",
         kind: real(&ONE, "", [0.0, 20.0], Some(2.0), parameter!(material.constants.tanh[0])),
     },
     Variable {
@@ -213,7 +215,8 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1445,
         name: "material.fracture_energy",
-        description: "energy per area that material dissipates between the initiation of damage and separation",
+        description: "energy per area that material dissipates between the initiation of damage and \
+            separation",
         kind: real(
             &JOULE_PER_SQUARE_METRE,
             "",
@@ -225,7 +228,8 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1460,
         name: "material.zerilli_armstrong_c0",
-        description: "Zerilli-Armstrong constant C0: stress that neither rate nor temperature change; for material.law = zerilli_armstrong",
+        description: "Zerilli-Armstrong constant C0: stress that neither rate nor temperature change; for \
+            material.law = zerilli_armstrong",
         kind: real(
             &PASCAL,
             "MPa",
@@ -261,7 +265,8 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1463,
         name: "material.zerilli_armstrong_c4",
-        description: "Zerilli-Armstrong constant C4: how much of it the logarithm of the strain rate over 1/s holds",
+        description: "Zerilli-Armstrong constant C4: how much of it the logarithm of the strain rate over \
+            1/s holds",
         kind: real(
             &PER_KELVIN,
             "",
@@ -327,7 +332,8 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1206,
         name: "effects.sticking",
-        description: "friction traction is capped by the material's shear strength, flow stress over the root of 3; goes with numerics.contact = surface",
+        description: "friction traction is capped by the material's shear strength, flow stress over the \
+            root of 3; goes with numerics.contact = surface",
         kind: Kind::Boolean(parameter!(effects.sticking)),
     },
     Variable {

@@ -23,7 +23,8 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1301,
         name: "numerics.point_spacing",
-        description: "distance between neighbouring material points at the start; half of it costs 8 times as much in plane strain",
+        description: "distance between neighbouring material points at the start; half of it costs 8 times \
+            as much in plane strain",
         kind: real(&METRE, "µm", [1e-7, 1e-3], Some(1e-5), parameter!(numerics.point_spacing)),
     },
     Variable {
@@ -35,7 +36,9 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1303,
         name: "numerics.courant",
-        description: "time step over the time in which sound and material cross a grid cell; above a limit that the material sets, for steel 0.548 and 1.12 with numerics.smoothed_increments, the scheme would gain energy: refused",
+        description: "time step over the time in which sound and material cross a grid cell; above a limit \
+            that the material sets, for steel 0.548 and 1.12 with numerics.smoothed_increments, the scheme \
+            would gain energy: refused",
         kind: real(&ONE, "", [0.01, 1.25], Some(0.5), parameter!(numerics.courant)),
     },
     Variable {
@@ -65,19 +68,22 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1308,
         name: "numerics.speed",
-        description: "how much accuracy is traded for speed: sets precision, Courant number, active window and chip, mass scaling and smoothed increments where they stand at their start values",
+        description: "how much accuracy is traded for speed: sets precision, Courant number, active window \
+            and chip, mass scaling and smoothed increments where they stand at their start values",
         kind: choice_parameter!(enumerations::SPEED, Speed, numerics.speed),
     },
     Variable {
         reference: 1309,
         name: "numerics.mass_scaling",
-        description: "factor on the mass, for larger time steps at ordinary cutting speeds; 1 for none, 0 for as much as numerics.inertia_error allows",
+        description: "factor on the mass, for larger time steps at ordinary cutting speeds; 1 for none, 0 \
+            for as much as numerics.inertia_error allows",
         kind: real(&ONE, "", [0.0, 1e8], Some(1.0), parameter!(numerics.mass_scaling)),
     },
     Variable {
         reference: 1310,
         name: "numerics.inertia_error",
-        description: "share of the cutting force that automatic mass scaling may change, as predicted from the momentum of the chip",
+        description: "share of the cutting force that automatic mass scaling may change, as predicted from \
+            the momentum of the chip",
         kind: real(&ONE, "%", [1e-5, 0.5], Some(0.005), parameter!(numerics.inertia_error)),
     },
     Variable {
@@ -95,19 +101,22 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1313,
         name: "numerics.wall_time_limit",
-        description: "wall time that one doStep may take before it is discarded at a time it can go on from; 0 for any",
+        description: "wall time that one doStep may take before it is discarded at a time it can go on from; \
+            0 for any",
         kind: real(&SECOND, "", [0.0, NONE], None, parameter!(numerics.wall_time_limit)),
     },
     Variable {
         reference: 1314,
         name: "numerics.active_window",
-        description: "reach of the integrated material ahead of the tool in feeds, and a third of that behind and below it; the rest of the workpiece stands still; 0 for no window",
+        description: "reach of the integrated material ahead of the tool in feeds, and a third of that \
+            behind and below it; the rest of the workpiece stands still; 0 for no window",
         kind: real(&ONE, "", [0.0, 1000.0], Some(4.0), parameter!(numerics.active_window)),
     },
     Variable {
         reference: 1315,
         name: "numerics.smoothed_increments",
-        description: "points are moved and strained by velocities whose increments are smoothed over the masses that nodes share: stable up to twice the Courant number",
+        description: "points are moved and strained by velocities whose increments are smoothed over the \
+            masses that nodes share: stable up to twice the Courant number",
         kind: Kind::Boolean(parameter!(numerics.smoothed_increments)),
     },
     Variable {
@@ -119,19 +128,23 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1316,
         name: "numerics.active_chip",
-        description: "height of the integrated chip above the tool's lowest point in feeds, more where it touches the tool further up; what is higher moves on as a rigid body on which nothing acts; at least 2, or 0 for the whole chip",
+        description: "height of the integrated chip above the tool's lowest point in feeds, more where it \
+            touches the tool further up; what is higher moves on as a rigid body on which nothing acts; at \
+            least 2, or 0 for the whole chip",
         kind: real(&ONE, "", [0.0, 1000.0], Some(3.0), parameter!(numerics.active_chip)),
     },
     Variable {
         reference: 1450,
         name: "numerics.viscosity_linear",
-        description: "linear coefficient of the artificial viscosity: its pressure over density, sound speed, cell length and compression rate",
+        description: "linear coefficient of the artificial viscosity: its pressure over density, sound \
+            speed, cell length and compression rate",
         kind: real(&ONE, "", [0.0, 1.0], Some(0.06), parameter!(numerics.viscosity_linear)),
     },
     Variable {
         reference: 1451,
         name: "numerics.viscosity_quadratic",
-        description: "quadratic coefficient of the artificial viscosity: square root of its pressure over density, over cell length and compression rate",
+        description: "quadratic coefficient of the artificial viscosity: square root of its pressure over \
+            density, over cell length and compression rate",
         kind: real(&ONE, "", [0.0, 4.0], Some(1.2), parameter!(numerics.viscosity_quadratic)),
     },
     Variable {

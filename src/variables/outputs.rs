@@ -32,8 +32,8 @@ pub(super) static INPUTS: &[Variable] = &[
         reference: 2,
         name: "feed",
         description: "uncut chip thickness: depth of the tool's lowest point below the workpiece's top \
-                      surface, at most the workpiece height less two cells; negative lifts the tool clear, by \
-                      at most the workpiece height; a jump is followed at tool.feed_rate_limit, an input \
+                      surface, at most the workpiece height less two cells; negative lifts the tool clear, \
+                      by at most the workpiece height; a jump is followed at tool.feed_rate_limit, an input \
                       derivative exactly",
         // No workpiece is higher than 1 m.
         kind: real(&METRE, "mm", [-1.0, NONE], Some(1e-4), input!(feed)),

@@ -31,7 +31,8 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1012,
         name: "workpiece.width",
-        description: "width of the workpiece across the cut; in plane strain it only scales forces and energies",
+        description: "width of the workpiece across the cut; in plane strain it only scales forces and \
+            energies",
         kind: real(&METRE, "mm", [1e-6, 1.0], Some(1e-3), parameter!(workpiece.width)),
     },
     Variable {
@@ -43,7 +44,8 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1014,
         name: "workpiece.endless",
-        description: "feed fresh material in front of the tool and drop what lies behind it, for a cut of any length at constant cost",
+        description: "feed fresh material in front of the tool and drop what lies behind it, for a cut of \
+            any length at constant cost",
         kind: Kind::Boolean(parameter!(workpiece.endless)),
     },
     Variable {
@@ -55,13 +57,15 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1016,
         name: "workpiece.held_side",
-        description: "hold the left side, towards which the tool cuts: the tool then stops one feed before it; false leaves that side free, so that the tool can leave there",
+        description: "hold the left side, towards which the tool cuts: the tool then stops one feed before \
+            it; false leaves that side free, so that the tool can leave there",
         kind: Kind::Boolean(parameter!(workpiece.held_side)),
     },
     Variable {
         reference: 1030,
         name: "tool.rake_angle",
-        description: "angle of the rake face to the normal of the machined surface, positive when the face leans away from the chip",
+        description: "angle of the rake face to the normal of the machined surface, positive when the face \
+            leans away from the chip",
         kind: real(&RADIAN, "deg", [-FRAC_PI_3, FRAC_PI_3], Some(0.1), parameter!(tool.rake_angle)),
     },
     Variable {
@@ -121,7 +125,8 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1420,
         name: "tool.contact_conductance",
-        description: "heat that flows between tool and workpiece in contact per area and difference of temperature, for effects.tool_heat",
+        description: "heat that flows between tool and workpiece in contact per area and difference of \
+            temperature, for effects.tool_heat",
         kind: real(
             &WATT_PER_SQUARE_METRE_KELVIN,
             "",
@@ -133,7 +138,8 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1050,
         name: "results.directory",
-        description: "folder for ParaView files and a table of the outputs, written on the way; empty writes nothing",
+        description: "folder for ParaView files and a table of the outputs, written on the way; empty writes \
+            nothing",
         kind: Kind::Text(Access::Parameter {
             get: |scene| scene.results.directory.clone(),
             set: |scene, value| scene.results.directory = value,

@@ -96,6 +96,37 @@ pub fn update<D: Dimension>(model: &Steel, state: &mut SteelState<D>, h: D::Matr
     dispatch(InstructionSet::detect(), PointUpdate::<D, Steel> { model, state, h: &[h; 4], dt })
 }
 
+/// Stress, plastic strain and temperature of a point at total equivalent strains, from a start on, by Runge
+/// and Kutta's fourth-order method.
+///
+/// * `rate`: of the total strain (1/s)
+/// * `slope`: derivatives of the three with respect to time
+pub fn integrate(
+    mut y: [f64; 3],
+    rate: f64,
+    strains: &[f64],
+    slope: impl Fn([f64; 3]) -> [f64; 3],
+) -> Vec<[f64; 3]> {
+    let add = |y: [f64; 3], k: [f64; 3], h: f64| [0, 1, 2].map(|i| y[i] + h * k[i]);
+    let mut done = 0.0;
+    let mut out = Vec::new();
+    for &end in strains {
+        while done < end {
+            // Fine steps from first yield on, where ε̄ⁿ has no slope; elastic strain is exact in any.
+            let size = (0.01 * y[1]).clamp(1e-8, 1e-5).min(end - done);
+            let h = size / rate;
+            let k1 = slope(y);
+            let k2 = slope(add(y, k1, 0.5 * h));
+            let k3 = slope(add(y, k2, 0.5 * h));
+            let k4 = slope(add(y, k3, h));
+            y = [0, 1, 2].map(|i| y[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
+            done += size;
+        }
+        out.push(y);
+    }
+    out
+}
+
 /// √(3/2 s:s) of the point at `lane`, written out.
 pub fn equivalent_stress<D: Dimension>(state: &SteelState<D>, lane: usize) -> f64 {
     let s: Vec<f64> = state.deviator.as_ref().iter().map(|column| column[lane]).collect();

@@ -27,8 +27,8 @@ pub fn check() -> Outcome {
         return process::run(command.env_remove("RUSTUP_TOOLCHAIN"));
     }
     println!(
-        "SKIPPED: no standard library for {TARGET} here, so whether the portable path compiles for it is NOT CHECKED \
-         (`rustup target add {TARGET}`, or `cargo xtask package --windows` once, which fetches one)"
+        "SKIPPED: no standard library for {TARGET} here, so whether the portable path compiles for it is NOT \
+         CHECKED (`rustup target add {TARGET}`, or `cargo xtask package --windows` once, which fetches one)"
     );
     Ok(())
 }

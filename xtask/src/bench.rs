@@ -175,7 +175,8 @@ fn check_instructions(writes: bool) -> Outcome {
             counted.iter().map(|(kernel, count)| format!("{kernel} = {count:.2}\n")).collect();
         let Committed { tolerance, tolerance_same_compiler, .. } = committed;
         let all = format!(
-            "{head}tolerance = {tolerance}\ntolerance_same_compiler = {tolerance_same_compiler}\nrustc = \"{rustc}\"\n\n[instructions_per_point]\n{lines}"
+            "{head}tolerance = {tolerance}\ntolerance_same_compiler = {tolerance_same_compiler}\nrustc = \
+             \"{rustc}\"\n\n[instructions_per_point]\n{lines}"
         );
         return process::write(&path, all.as_bytes());
     }
@@ -188,8 +189,8 @@ fn check_instructions(writes: bool) -> Outcome {
         format!(" (the committed counts are those of rustc {}, this is {rustc})", committed.rustc)
     };
     Err(format!(
-        "more instructions than '{}' allows{compiler}: {}; if the change is worth it, commit the new counts with \
-         `cargo xtask bench --instructions --write`",
+        "more instructions than '{}' allows{compiler}: {}; if the change is worth it, commit the new counts \
+         with `cargo xtask bench --instructions --write`",
         path.display(),
         exceeding.join(", ")
     ))
@@ -226,7 +227,8 @@ pub fn under_callgrind(mut command: Command, arguments: &[&str]) -> Outcome<(Str
     let log = target().join("bench/callgrind.log");
     process::write(&log, b"")?;
     let runner = format!(
-        "target.'cfg(all())'.runner=['valgrind', '--tool=callgrind', '--callgrind-out-file=/dev/null', '--log-file={}']",
+        "target.'cfg(all())'.runner=['valgrind', '--tool=callgrind', '--callgrind-out-file=/dev/null', \
+         '--log-file={}']",
         log.display()
     );
     command.args(["--quiet", "--config", &runner, "--"]).args(arguments);

@@ -44,8 +44,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
     let names = process::output(report().args(["--quiet", "--", "effects"]))?;
     let mut text = format!(
-        "| effect | instructions per point-step | CPU time | bytes per point | force | thrust | chip temperature | \
-         chip strain |\n{}\n",
+        "| effect | instructions per point-step | CPU time | bytes per point | force | thrust | chip \
+         temperature | chip strain |\n{}\n",
         "|---|---|---|---|---|---|---|---|"
     );
     for name in names.lines().filter(|name| arguments.effect.as_ref().is_none_or(|only| only == name)) {

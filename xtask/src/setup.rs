@@ -121,9 +121,14 @@ pub fn prepare() -> Outcome<Tools> {
         let base = base_python()?;
         eprintln!("xtask: setting up Python packages in '{}' (once; needs the network)", venv.display());
         let _ = std::fs::remove_file(&stamp);
-        process::run_quietly(Command::new(&base).args(["-m", "venv", "--clear"]).arg(&venv)).map_err(|text| {
-            format!("{text}\nPython's venv module is missing or broken; on Debian or Ubuntu: apt-get install python3-venv")
-        })?;
+        process::run_quietly(Command::new(&base).args(["-m", "venv", "--clear"]).arg(&venv)).map_err(
+            |text| {
+                format!(
+                    "{text}\nPython's venv module is missing or broken; on Debian or Ubuntu: apt-get install \
+                python3-venv"
+                )
+            },
+        )?;
         install(&python, &requirements)?;
         process::write(&stamp, mark.as_bytes())?;
     }

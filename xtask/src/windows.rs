@@ -143,8 +143,8 @@ fn debian_rust() -> Outcome<PathBuf> {
         folder.display()
     );
     let advice = format!(
-        "Where rustup can reach its server, `rustup target add {TARGET}` is the shorter way; otherwise this needs a \
-         Debian with apt-get, dpkg-deb and a `rustc-web` of at least Rust {}",
+        "Where rustup can reach its server, `rustup target add {TARGET}` is the shorter way; otherwise this \
+         needs a Debian with apt-get, dpkg-deb and a `rustc-web` of at least Rust {}",
         env!("CARGO_PKG_RUST_VERSION")
     );
     let done = unpack_debian(&folder).and_then(|()| version_is_enough(&command));

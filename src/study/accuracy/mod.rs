@@ -60,7 +60,8 @@ pub fn study(folder: &Path, options: Options, tell: &(dyn Fn(String) + Sync)) ->
     if let Some(prices) = report.prices() {
         let lines: Vec<String> = prices.iter().map(presets::Price::line).collect();
         let csv = format!(
-            "# Written by `cargo xtask accuracy`, swarf {program}; meaning of the lines: src/price_list.rs\n{}\n{}\n",
+            "# Written by `cargo xtask accuracy`, swarf {program}; meaning of the lines: \
+             src/price_list.rs\n{}\n{}\n",
             presets::HEAD,
             lines.join("\n")
         );

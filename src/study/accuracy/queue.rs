@@ -40,7 +40,8 @@ pub fn run_all(
     open.sort_by(|a, b| a.0.total_cmp(&b.0));
     let total: f64 = open.iter().map(|entry| entry.0).sum();
     tell(format!(
-        "{} runs to make, {known} known from before: about {:.1} minutes of CPU time, {:.1} minutes with {threads} at a time",
+        "{} runs to make, {known} known from before: about {:.1} minutes of CPU time, {:.1} minutes with \
+         {threads} at a time",
         open.len(),
         total / 60.0,
         total / 60.0 / threads as f64

@@ -281,7 +281,10 @@ fn leave_one_out(grid: &Grid, table: &Table, cuts: &[Cut]) -> String {
             "\nMean error of the predicted {name}: {mean:.1} % (at most {bound:.0} %: {verdict})."
         );
     }
-    text.push_str("\n| trend | measured change of cutting force, thrust (N/mm) | predicted | sign |\n|---|---|---|---|\n");
+    text.push_str(
+        "\n| trend | measured change of cutting force, thrust (N/mm) | predicted | sign \
+        |\n|---|---|---|---|\n",
+    );
     type IsHigh = fn(&Cut) -> bool;
     type Force<'a> = &'a dyn Fn(&(&Cut, [f64; 2])) -> f64;
     let trends: [(&str, IsHigh); 3] = [

@@ -52,8 +52,8 @@ pub fn fill(setting: &Setting, sheet: &mut Sheet) {
 }
 
 /// Why the thinnest bar fails.
-const THIN: &str = "the limit is that of straight rows; points that have moved unevenly have others, a little lower at the least \
-     (src/stability.rs). A scene has at least four cells";
+const THIN: &str = "the limit is that of straight rows; points that have moved unevenly have others, a \
+     little lower at the least (src/stability.rs). A scene has at least four cells";
 
 /// A block at ν = 0.3 whose sides lie on lines of nodes, as a workpiece's do, in small vibration: its energy
 /// may not grow.

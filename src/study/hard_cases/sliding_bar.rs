@@ -44,11 +44,11 @@ struct Scheme {
 }
 
 /// Why the fast bar fails.
-const GROWS: &str = "the points' passing from cell to cell feeds some wave; at 350 m/s 390 % with a Courant number of 0.5 and 1.3 % \
-    with 0.25; within 1 % at up to 100 m/s";
+const GROWS: &str = "the points' passing from cell to cell feeds some wave; at 350 m/s 390 % with a Courant \
+    number of 0.5 and 1.3 % with 0.25; within 1 % at up to 100 m/s";
 /// Why the bar with smoothed increments fails.
-const QUIET: &str = "the points' passing from cell to cell feeds waves, and what damps them with plain increments is what smoothing \
-    takes away (src/smoothing.rs); it stays off";
+const QUIET: &str = "the points' passing from cell to cell feeds waves, and what damps them with plain \
+    increments is what smoothing takes away (src/smoothing.rs); it stays off";
 
 /// A bar of `cells` by two cells.
 fn slide(sheet: &mut Sheet, name: &str, cells: usize, flight: [f64; 2], scheme: Scheme, remark: &str) {

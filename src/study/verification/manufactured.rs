@@ -353,7 +353,8 @@ fn axis_aligned_findings(report: &mut Report) {
         let least = order(errors[1], errors[2]).min(order(errors[2], errors[3]));
         if amplitude == 1e-3 {
             let text = format!(
-                "axis-aligned, A = {amplitude}: least order over 16, 32, 64 cells, {changed} points changed cell"
+                "axis-aligned, A = {amplitude}: least order over 16, 32, 64 cells, {changed} points changed \
+                 cell"
             );
             report.at_least(text, least, 1.9, "valid for A ≤ 1e-3: strains to 0.3 %");
         } else {

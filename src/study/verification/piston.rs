@@ -267,8 +267,9 @@ fn fronts(profile: &[[f64; 3]], exact: &Exact) -> [f64; 2] {
 }
 
 /// Why a piston that crosses nodes does not hold its pressure.
-pub const CROSSING: &str = "contact acts on nodes inside the tool only: as the face nears the next line of nodes, those \
-                            behind it lose touch with the material, and the force falls until it is reached";
+pub const CROSSING: &str = "contact acts on nodes inside the tool only: as the face nears the next line of \
+                            nodes, those behind it lose touch with the material, and the force falls until \
+                            it is reached";
 
 /// Why the plastic front lags a little behind a piston that moves.
 pub const STARTING: &str = "the force is low by one percent until the face has crossed its first cell";
