@@ -34,12 +34,30 @@ pub struct Survey {
     chip_heat: f64,
     strip_volume: f64,
     strip_reach: f64,
+    /// Mass of the chip within a cell of the rake face (kg), and of it what has no strength left.
+    face_mass: [f64; 2],
+    face: Face,
+}
+
+/// Where and when the layer at the rake face counts as molten.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Face {
+    /// Thickness of the layer (m): a cell.
+    pub layer: f64,
+    /// Temperature from which it has no strength (K); infinite where heat does not soften.
+    pub melting: f64,
+}
+
+impl Default for Face {
+    fn default() -> Self {
+        Face { layer: 0.0, melting: f64::INFINITY }
+    }
 }
 
 impl Survey {
     /// Nothing yet.
-    pub fn new() -> Self {
-        Survey { min_jacobian: f64::MAX, ..Survey::default() }
+    pub fn new(face: Face) -> Self {
+        Survey { min_jacobian: f64::MAX, face, ..Survey::default() }
     }
 
     /// Counts one point.
@@ -71,6 +89,12 @@ impl Survey {
         let from_edge = [point.position[0] - tool.position[0], point.position[1] - tool.position[1]];
         let dot = |a: [f64; 2]| from_edge[0] * a[0] + from_edge[1] * a[1];
         let (along, across) = (dot(tool.shape.rake_direction()), dot(tool.shape.rake_normal()));
+        if (0.0..self.face.layer).contains(&across) && (0.0..feed).contains(&along) {
+            self.face_mass[0] += point.mass;
+            if report.temperature >= self.face.melting {
+                self.face_mass[1] += point.mass;
+            }
+        }
         // A chip is at most a few feeds thick; further away it has curled back over the workpiece.
         if (0.0..4.0 * feed).contains(&across) || (across < 0.0 && across > -0.1 * feed) {
             self.strip_reach = self.strip_reach.max(along);
@@ -78,6 +102,13 @@ impl Survey {
                 self.strip_volume += point.volume * report.jacobian;
             }
         }
+    }
+
+    /// Whether most of the layer at the rake face, up to one feed from the edge, has melted: it lubricates the
+    /// face, with a thickness that is the grid's.
+    pub fn is_face_molten(&self) -> bool {
+        let [all, molten] = self.face_mass;
+        molten > 0.5 * all
     }
 
     /// Mass-weighted mean temperature of the chip (K), if there is one.
@@ -128,7 +159,7 @@ mod tests {
         let position = [1e-3, 5e-4];
         let tool = RigidTool { shape, position, velocity: [0.0; 2], friction: 0.0 };
         let (feed, width) = (1e-4, 1e-3);
-        let mut survey = Survey::new();
+        let mut survey = Survey::new(Face { layer: 2e-5, melting: 450.0 });
         for row in 0..30 {
             for column in 0..20 {
                 let [x, y] = [column, row].map(|index| (f64::from(index) + 0.5) * 1e-5);
@@ -158,6 +189,7 @@ mod tests {
         // Rounding of a hundred sums.
         assert!((thickness / 2e-4 - 1.0).abs() < 1e-12, "{thickness} m");
         assert_eq!(survey.chip_temperature(), Some(450.0));
+        assert!(!survey.is_face_molten(), "the tail is hot, the face is not");
     }
 
     /// With a chip as thick as the feed and no rake the shear plane stands at 45 degrees.
