@@ -19,6 +19,42 @@ def test_a_run_after_reset_is_bit_identical(cut):
     assert np.array_equal(one.run(8e-6), first)
 
 
+def test_one_text_sets_what_single_variables_set(cut):
+    """A master that reaches Strings alone has the same run; what is set by itself wins, and the log tells."""
+    text = "effects.heat=conduction; material.name=AISI_1045; feed=2e-4; tool_velocity=1; numerics.speed=1"
+    one = cut({"settings": text, "tool_velocity": 60.0}).begin()
+    other = cut({"effects.heat": 3, "material.name": "AISI 1045", "feed": 2e-4, "tool_velocity": 60.0}).begin()
+    assert any("settings taken over: effects.heat = conduction" in line for line in one.messages)
+    assert any("tool_velocity stays 60 as set by itself" in line for line in one.messages)
+    assert np.array_equal(one.run(4e-6), other.run(4e-6))
+
+
+def test_a_wrong_setting_names_itself_and_what_is_allowed(cut):
+    """A slip in a long text has to be found."""
+    with pytest.raises(Refused, match=r"settings: numerics.accuracy=finest: .*fine \(3\)"):
+        cut({"settings": "friction=0; numerics.accuracy=finest"}).begin()
+
+
+def test_every_output_is_the_same_in_every_run(cut):
+    """Regressions compare all outputs, those of the cost included."""
+    one, other = [cut().begin() for _ in range(2)]
+    assert "numerics.estimated_cpu_time" in one.outputs and one.get("numerics.estimated_cpu_time") > 0
+    assert one.step_to(2e-6).state() == other.step_to(2e-6).state()
+
+
+def test_waiting_is_one_stride_however_it_is_cut(cut):
+    """A tool at rest for 0.2 ms before it cuts: the same bits from one step and from many."""
+    runs = []
+    for steps in (1, 20):
+        one = cut({"tool_velocity": 0.0}).begin(stop=1e-3)
+        for k in range(1, steps + 1):
+            one.step_to(2e-4 * (k / steps))
+        one.set_values({"tool_velocity": 50.0})
+        runs.append(one.step_to(2.04e-4))
+    assert runs[0].get("cutting_force") > 100
+    assert runs[0].state() == runs[1].state()
+
+
 @pytest.mark.parametrize("step", [1e-7, 7.3e-6, 2.5e-9])
 def test_the_result_does_not_depend_on_communication_steps(cut, step):
     """The solver keeps its own clock: steps shorter than a substep and steps of thousands give the same bits."""

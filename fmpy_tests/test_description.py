@@ -7,6 +7,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
+from conftest import Refused
 from fmpy.validation import validate_fmu
 from lxml import etree
 
@@ -34,6 +35,26 @@ def test_identity_and_default_experiment(description):
     assert description.variableNamingConvention == "structured"
     experiment = description.defaultExperiment
     assert (float(experiment.startTime), float(experiment.stopTime), float(experiment.stepSize)) == (0, 4e-5, 1e-6)
+
+
+def test_author_copyright_date_and_licence(description):
+    """What an importer shows of the FMU's origin; the date is a constant, as equal sources give equal files."""
+    assert description.author and description.copyright.startswith("Copyright (c) ")
+    assert description.license == "MIT OR Apache-2.0"
+    assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", description.generationDateAndTime)
+
+
+def test_what_the_version_refuses_is_marked(description, cut):
+    """Nobody should choose from a list what is refused: marked items and variables, and no others, are."""
+    mark = "(not in this version)"
+    variables = {v.name: v for v in description.modelVariables}
+    refused = [item for item in variables["scene"].declaredType.items if mark in item.description]
+    assert [item.name for item in refused] == ["press", "taylor"]
+    marked = {name: value for name, value in [("workpiece.endless", True), ("workpiece.revolution_length", 0.01)]}
+    assert {v.name for v in description.modelVariables if mark in v.description} == set(marked)
+    for values in [{"scene": int(item.value)} for item in refused] + [{k: v} for k, v in marked.items()]:
+        with pytest.raises(Refused, match="not available"):
+            cut(values).begin()
 
 
 def test_capabilities(description):

@@ -222,3 +222,31 @@ fn automatic_scaling_follows_the_speed() {
         "{shares:?}"
     );
 }
+
+/// A rigid tail curls on through the chip that it came from, and must not thicken it: over 4 mm the thickness
+/// is that of the whole chip, within what a chip without its tail's inertia differs by.
+#[test]
+fn the_rigid_tail_does_not_thicken_the_chip() {
+    let thickness = |reach: f64| {
+        let mut scene = scene(2.5e-5, 0.2);
+        (scene.workpiece.length, scene.workpiece.height) = (5.5e-3, 6e-4);
+        scene.inputs.feed = 2e-4;
+        (scene.numerics.active_window, scene.numerics.active_chip) = (1.25 * reach, reach);
+        let mut session = Session::new(&scene, 0.0).expect("a good scene");
+        let (mut mean, mut most) = (0.0, 0.0_f64);
+        for k in 1..=80 {
+            let advance = session.advance_to(f64::from(k) * STEP, &mut |_| true).expect("a stable run");
+            assert_eq!(advance, Advance::Reached);
+            let thickness = session.outputs().chip_thickness / 2e-4;
+            if k > 40 {
+                (mean, most) = (mean + thickness / 40.0, most.max(thickness));
+            }
+        }
+        println!("reach {reach}: thickness over feed {mean:.3}, at most {most:.3}");
+        [mean, most]
+    };
+    let ([whole, _], [mean, most]) = (thickness(0.0), thickness(2.0));
+    // Where the tail counted, it was 1.8 times the whole chip's.
+    assert!((mean / whole - 1.0).abs() < 0.2, "{mean} instead of {whole} feeds");
+    assert!(most < 1.5 * whole, "at most {most}, the whole chip has {whole} feeds");
+}

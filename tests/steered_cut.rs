@@ -152,6 +152,11 @@ fn a_tool_above_the_surface_feels_nothing() {
         (scene.tool.edge_radius, scene.numerics.active_window, scene.numerics.active_chip) =
             (2e-5, reach, reach);
         let mut session = Session::new(&scene, 0.0).expect("a good scene");
+        let told = session.take_warnings();
+        assert!(
+            told.len() == 1 && told[0].starts_with("tool.edge_radius = 20 µm holds 0.5 point"),
+            "{told:?}"
+        );
         assert!((session.outputs().tool_position_y - 1.1e-3).abs() < 1e-15);
         advance(&mut session, 80e-6);
         let o = session.outputs();

@@ -7,6 +7,7 @@
 use crate::energy::ledger::Ledger;
 use crate::error::Error;
 use crate::material::PointReport;
+use crate::variables::time_text;
 
 /// Substeps between two looks at the energy.
 pub const INTERVAL: u64 = 1024;
@@ -54,7 +55,7 @@ impl Watch {
     pub fn judge(&self, clock: f64, ledger: &Ledger) -> Result<(), Error> {
         let Watch { kinetic, elastic, smallest_ratio, coldest, hottest } = *self;
         let unstable = |text: String| {
-            Err(Error::Unstable(format!("the run became unstable at t = {clock:.6e} s: {text}")))
+            Err(Error::Unstable(format!("the run became unstable at t = {}: {text}", time_text(clock))))
         };
         if !(kinetic + elastic + hottest).is_finite() {
             return unstable("a point's velocity, stress or temperature is no finite number".into());

@@ -1,7 +1,7 @@
 //! modelDescription.xml of FMI 2.0.4, written from the variable table.
 //!
 //! The GUID is a hash of everything else in the file, so it changes with the interface and with nothing else;
-//! the file carries no date. The structs below repeat the order of elements and attributes of the standard's
+//! the date is a constant of the version, so that equal sources give equal files. The structs below repeat the order of elements and attributes of the standard's
 //! schema (section 2.2).
 
 use crate::scene::Scene;
@@ -65,12 +65,18 @@ struct Description {
     guid: String,
     #[serde(rename = "@description")]
     description: &'static str,
+    #[serde(rename = "@author")]
+    author: &'static str,
     #[serde(rename = "@version")]
     version: &'static str,
+    #[serde(rename = "@copyright")]
+    copyright: &'static str,
     #[serde(rename = "@license")]
     license: &'static str,
     #[serde(rename = "@generationTool")]
     generation_tool: String,
+    #[serde(rename = "@generationDateAndTime")]
+    generation_date: &'static str,
     #[serde(rename = "@variableNamingConvention")]
     naming: &'static str,
     #[serde(rename = "CoSimulation")]
@@ -273,9 +279,12 @@ fn description(guid: &str) -> Description {
         model_name: MODEL_IDENTIFIER,
         guid: guid.to_owned(),
         description: env!("CARGO_PKG_DESCRIPTION"),
+        author: env!("CARGO_PKG_AUTHORS"),
         version: crate::version::VERSION,
+        copyright: crate::version::COPYRIGHT,
         license: env!("CARGO_PKG_LICENSE"),
         generation_tool: format!("{MODEL_IDENTIFIER} {}", crate::version::VERSION),
+        generation_date: crate::version::DATE,
         naming: "structured",
         co_simulation: CoSimulation {
             identifier: MODEL_IDENTIFIER,
@@ -413,6 +422,32 @@ mod tests {
     fn hash_gives_the_published_values() {
         assert_eq!(fnv1a_128(b""), 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d);
         assert_eq!(fnv1a_128(b"foobar"), 0x343e_1662_793c_64bf_6f0d_3597_ba44_6f18);
+    }
+
+    /// Importers show whose model this is; what they show says so, and a date of another form is refused by the
+    /// schema's type.
+    #[test]
+    fn author_copyright_date_and_licence_are_there() {
+        let text = xml();
+        let head = text.split("<CoSimulation").next().unwrap();
+        for name in ["author", "copyright", "license", "generationTool", "generationDateAndTime"] {
+            let value = head.split(&format!(" {name}=\"")).nth(1).and_then(|rest| rest.split('"').next());
+            assert!(value.is_some_and(|value| !value.is_empty()), "no {name} in {head}");
+        }
+        let licence = include_str!("../../LICENSE-MIT");
+        assert!(licence.contains(crate::version::COPYRIGHT), "{}", crate::version::COPYRIGHT);
+        let date: Vec<u8> =
+            crate::version::DATE.bytes().map(|b| if b.is_ascii_digit() { b'0' } else { b }).collect();
+        assert_eq!(date, b"0000-00-00T00:00:00Z");
+    }
+
+    /// A unit that no variable has is a question that nobody can answer.
+    #[test]
+    fn every_unit_is_used() {
+        for unit in units::ALL {
+            let is_used = variables::all().any(|v| matches!(&v.kind, Kind::Real(real) if real.unit == *unit));
+            assert!(is_used, "{} is the unit of nothing", unit.name);
+        }
     }
 
     /// Importers store the GUID; the file must name the one that instantiate checks, and only once.

@@ -15,7 +15,7 @@ use crate::scene::Scene;
 use crate::session::cost_estimate::Estimate;
 use crate::session::{Advance, Session};
 use crate::setup::checks;
-use crate::variables::{self, format_real, settings};
+use crate::variables::{self, format_real, settings, time_text};
 use std::collections::HashMap;
 use std::ffi::CString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -164,10 +164,14 @@ impl Instance {
     pub fn setup_experiment(&mut self, tolerance: Option<f64>, start: f64, stop: Option<f64>) -> Reply {
         self.require(&calls::SETUP_EXPERIMENT)?;
         if !start.is_finite() {
-            return Err(Refusal::BadArgument(format!("start time {start} s is not a finite number")));
+            return Err(Refusal::BadArgument(format!(
+                "start time {} is not a finite number",
+                time_text(start)
+            )));
         }
         if let Some(stop) = stop.filter(|stop| !(stop.is_finite() && *stop > start)) {
-            let text = format!("stop time {stop} s does not lie after the start time {start} s");
+            let [stop, start] = [stop, start].map(time_text);
+            let text = format!("stop time {stop} does not lie after the start time {start}");
             return Err(Refusal::BadArgument(text));
         }
         if let Some(tolerance) = tolerance.filter(|tolerance| !(tolerance.is_finite() && *tolerance > 0.0)) {
@@ -248,7 +252,7 @@ impl Instance {
         if let Some(session) = &mut self.model.session {
             session.release_results();
         }
-        let text = format!("terminated at {:e} s", self.model.header.time);
+        let text = format!("terminated at {}", time_text(self.model.header.time));
         self.message(Status::Ok, Category::Events, &text);
         Ok(Status::Ok)
     }
@@ -318,9 +322,10 @@ impl Instance {
         header.time = reached;
         if reached < target {
             header.state = State::StepDiscarded;
+            let [reached, target] = [reached, target].map(time_text);
             let text = format!(
-                "fmi2DoStep: stopped at {reached:e} s on the way to {target:e} s by \
-                 numerics.wall_time_limit; call it again from {reached:e} s to go on"
+                "fmi2DoStep: stopped at {reached} on the way to {target} by numerics.wall_time_limit; call it again from \
+                 there (fmi2LastSuccessfulTime has all digits) to go on"
             );
             self.message(Status::Discard, Category::Discard, &text);
             return Ok(Status::Discard);

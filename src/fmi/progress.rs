@@ -3,6 +3,7 @@
 
 use crate::Error;
 use crate::session::{Advance, Outputs, Session};
+use crate::variables::time_text;
 use std::panic::resume_unwind;
 use std::sync::mpsc;
 use std::thread;
@@ -76,7 +77,7 @@ impl Progress<'_> {
             "wall time unknown yet".to_owned()
         };
         let [target, clock, left] = [self.target, clock, left].map(short);
-        format!("step to {target} s: {clock} s reached after {wall:.1} s, {left} s left, {wall_left}")
+        format!("step to {target}: {clock} reached after {wall:.1} s, {left} left, {wall_left}")
     }
 }
 
@@ -88,9 +89,8 @@ impl Progress<'_> {
 pub(super) fn summary(reached: f64, wall: f64, before: &Outputs, outputs: &Outputs) -> String {
     let Outputs { substeps, time_step, active_points, min_jacobian, balance_error, .. } = outputs;
     let text = format!(
-        "at {} s after {wall:.3} s of wall time: {substeps} substeps, the last of {} s; {active_points} \
-         points, {} retired in this step; smallest volume ratio {min_jacobian:.3}; energy unaccounted for \
-         {:.3} %",
+        "at {} after {wall:.3} s of wall time: {substeps} substeps, the last of {}; {active_points} points, {} \
+         retired in this step; smallest volume ratio {min_jacobian:.3}; energy unaccounted for {:.3} %",
         short(reached),
         short(*time_step),
         outputs.retired_points - before.retired_points,
@@ -111,8 +111,7 @@ pub(super) fn summary(reached: f64, wall: f64, before: &Outputs, outputs: &Outpu
 
 /// A time with six digits, for reading.
 fn short(time: f64) -> String {
-    let rounded = format!("{time:.5e}").parse().unwrap_or(time);
-    format!("{rounded:e}")
+    time_text(format!("{time:.5e}").parse().unwrap_or(time))
 }
 
 #[cfg(test)]
@@ -125,7 +124,7 @@ mod tests {
         let mut reported = Instant::now();
         let progress = Progress { from: 0.0, target: 4e-6, begun: reported, reported: &mut reported };
         let text = progress.text(1e-6, 2.0);
-        assert_eq!(text, "step to 4e-6 s: 1e-6 s reached after 2.0 s, 3e-6 s left, about 6.0 s of wall time");
+        assert_eq!(text, "step to 4 µs: 1 µs reached after 2.0 s, 3 µs left, about 6.0 s of wall time");
     }
 
     /// What a user looks for after a step that took long or went wrong.
@@ -144,8 +143,8 @@ mod tests {
         };
         assert_eq!(
             summary(1e-6, 0.5, &before, &outputs),
-            "at 1e-6 s after 0.500 s of wall time: 412 substeps, the last of 2.4e-9 s; 29997 points, 2 \
-             retired in this step; smallest volume ratio 0.931; energy unaccounted for -0.040 %"
+            "at 1 µs after 0.500 s of wall time: 412 substeps, the last of 2.4 ns; 29997 points, 2 retired in this \
+             step; smallest volume ratio 0.931; energy unaccounted for -0.040 %"
         );
         outputs.stray_velocities = 12;
         outputs.retries = 7;

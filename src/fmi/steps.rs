@@ -4,7 +4,7 @@ use super::refusal::Refusal;
 use super::saved::Header;
 use crate::scene::Inputs;
 use crate::session::Session;
-use crate::variables;
+use crate::variables::{self, time_text};
 
 /// Steps and stop times may differ from the instance's own clock by this share, as masters add up rounded
 /// steps (-).
@@ -14,25 +14,30 @@ const TIME_TOLERANCE: f64 = 1e-9;
 /// time.
 pub(super) fn check_step(header: &Header, time: f64, step: f64) -> Result<f64, Refusal> {
     let now = header.time;
-    let refuse = |text: String| Err(Refusal::BadArgument(format!("{text}; the instance stays at {now:e} s")));
+    let refuse =
+        |text: String| Err(Refusal::BadArgument(format!("{text}; the instance stays at {}", time_text(now))));
     if !(time.is_finite() && step.is_finite()) {
-        return refuse(format!("a step from {time} s by {step} s is not finite"));
+        return refuse(format!("a step from {} by {} is not finite", time_text(time), time_text(step)));
     }
     if step <= 0.0 {
-        return refuse(format!("a step of {step:e} s does not go forward"));
+        return refuse(format!("a step of {} does not go forward", time_text(step)));
     }
     // Never more than a small part of the step, however late it is.
     let tolerance = (TIME_TOLERANCE * now.abs().max(step)).min(0.01 * step);
     if (time - now).abs() > tolerance.max(4.0 * f64::EPSILON * now.abs()) {
-        return refuse(format!("a step from {time:e} s does not start at the last communication point"));
+        return refuse(format!(
+            "a step from {} does not start at the last communication point",
+            time_text(time)
+        ));
     }
     let target = time + step;
     if !(target.is_finite() && target > now) {
-        return refuse(format!("a step of {step:e} s is too short to move a clock at {now:e} s"));
+        let [step, now] = [step, now].map(time_text);
+        return refuse(format!("a step of {step} is too short to move a clock at {now}"));
     }
     match header.stop {
         Some(stop) if target - stop > TIME_TOLERANCE * stop.abs().max(step) => {
-            refuse(format!("a step to {target:e} s passes the stop time {stop:e} s"))
+            refuse(format!("a step to {} passes the stop time {}", time_text(target), time_text(stop)))
         }
         _ => Ok(target),
     }
@@ -93,6 +98,11 @@ mod tests {
         assert!(check_step(&header(f64::MAX, None), f64::MAX, f64::MAX).is_err());
         assert!(check_step(&header(3.9e-5, Some(4e-5)), 3.9e-5, 1e-6).is_ok());
         let refusal = check_step(&header(3.95e-5, Some(4e-5)), 3.95e-5, 1e-6).unwrap_err();
-        assert!(refusal.to_string().contains("passes the stop time 4e-5 s"), "{refusal}");
+        assert!(
+            refusal
+                .to_string()
+                .contains("a step to 40.5 µs passes the stop time 40 µs; the instance stays at 39.5 µs"),
+            "{refusal}"
+        );
     }
 }

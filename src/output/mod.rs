@@ -8,6 +8,7 @@
 //! * `point_fields`: the fields of all points at one time;
 //! * `survey`: sums over the points: chip temperature, thickness, strains;
 //! * `profiles`, `segmentation`: machined surface, rake face, shear bands;
+//! * `cell_means`: stress, pressure and strain rate as the points of a cell have them together;
 //! * `results`, `vtk`: the files of `results.directory`; `directory_lock`: one run at a time in it;
 //! * `plot`: pictures and charts (feature `plot`, no part of the shipped library).
 //!
@@ -17,6 +18,7 @@
 pub mod point_fields;
 pub(crate) mod survey;
 pub mod profiles;
+pub mod cell_means;
 pub mod segmentation;
 pub(crate) mod directory_lock;
 pub mod results;

@@ -34,12 +34,30 @@ pub struct Survey {
     chip_heat: f64,
     strip_volume: f64,
     strip_reach: f64,
+    /// Mass of the chip within a cell of the rake face (kg), and of it what has no strength left.
+    face_mass: [f64; 2],
+    face: Face,
+}
+
+/// Where and when the layer at the rake face counts as molten.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Face {
+    /// Thickness of the layer (m): a cell.
+    pub layer: f64,
+    /// Temperature from which it has no strength (K); infinite where heat does not soften.
+    pub melting: f64,
+}
+
+impl Default for Face {
+    fn default() -> Self {
+        Face { layer: 0.0, melting: f64::INFINITY }
+    }
 }
 
 impl Survey {
     /// Nothing yet.
-    pub fn new() -> Self {
-        Survey { min_jacobian: f64::MAX, ..Survey::default() }
+    pub fn new(face: Face) -> Self {
+        Survey { min_jacobian: f64::MAX, face, ..Survey::default() }
     }
 
     /// Counts one point.
@@ -71,6 +89,12 @@ impl Survey {
         let from_edge = [point.position[0] - tool.position[0], point.position[1] - tool.position[1]];
         let dot = |a: [f64; 2]| from_edge[0] * a[0] + from_edge[1] * a[1];
         let (along, across) = (dot(tool.shape.rake_direction()), dot(tool.shape.rake_normal()));
+        if (0.0..self.face.layer).contains(&across) && (0.0..feed).contains(&along) {
+            self.face_mass[0] += point.mass;
+            if report.temperature >= self.face.melting {
+                self.face_mass[1] += point.mass;
+            }
+        }
         // A chip is at most a few feeds thick; further away it has curled back over the workpiece.
         if (0.0..4.0 * feed).contains(&across) || (across < 0.0 && across > -0.1 * feed) {
             self.strip_reach = self.strip_reach.max(along);
@@ -78,6 +102,13 @@ impl Survey {
                 self.strip_volume += point.volume * report.jacobian;
             }
         }
+    }
+
+    /// Whether most of the layer at the rake face, up to one feed from the edge, has melted: it lubricates the
+    /// face, with a thickness that is the grid's.
+    pub fn is_face_molten(&self) -> bool {
+        let [all, molten] = self.face_mass;
+        molten > 0.5 * all
     }
 
     /// Mass-weighted mean temperature of the chip (K), if there is one.
@@ -120,44 +151,59 @@ mod tests {
     use crate::material::PointReport;
     use crate::tool::profile::ToolShape;
 
-    /// A chip of points 10 µm apart stands on the rake face, 0.2 mm thick; a tail that has curled back through
-    /// it is no part of its thickness, and part of its temperature.
-    #[test]
-    fn a_tail_in_the_chip_does_not_thicken_it() {
+    /// A survey of a chip of points 10 µm apart that stands on an upright rake face, 0.2 mm thick and 0.3 mm
+    /// high; `temperature` (K) by distance from the face (m).
+    fn chip(feed: f64, is_tail: bool, survey: &mut Survey, temperature: impl Fn(f64) -> f64) {
         let shape = ToolShape::new(0.0, 0.1, 0.0, 5e-4, 1e-3).unwrap();
         let position = [1e-3, 5e-4];
         let tool = RigidTool { shape, position, velocity: [0.0; 2], friction: 0.0 };
-        let (feed, width) = (1e-4, 1e-3);
-        let mut survey = Survey::new();
-        for row in 0..30 {
-            for column in 0..20 {
-                let [x, y] = [column, row].map(|index| (f64::from(index) + 0.5) * 1e-5);
-                for (is_tail, temperature) in [(false, 400.0), (true, 500.0)] {
-                    survey.count(
-                        &PointView {
-                            id: 0,
-                            position: [position[0] - x, position[1] + y, 0.0],
-                            velocity: [0.0; 3],
-                            volume: 1e-10 * width,
-                            mass: 1.0,
-                            is_tail,
-                            report: PointReport {
-                                jacobian: 1.0,
-                                plastic_strain: 1.0,
-                                temperature,
-                                ..Default::default()
-                            },
-                        },
-                        &tool,
-                        feed,
-                    );
-                }
-            }
+        for (row, column) in (0..30).flat_map(|row| (0..20).map(move |column| (row, column))) {
+            let [x, y] = [column, row].map(|index| (f64::from(index) + 0.5) * 1e-5);
+            let point = PointView {
+                id: 0,
+                position: [position[0] - x, position[1] + y, 0.0],
+                velocity: [0.0; 3],
+                volume: 1e-10 * WIDTH,
+                mass: 1.0,
+                is_tail,
+                report: PointReport {
+                    jacobian: 1.0,
+                    plastic_strain: 1.0,
+                    temperature: temperature(x),
+                    ..Default::default()
+                },
+            };
+            survey.count(&point, &tool, feed);
         }
-        let thickness = survey.chip_thickness(feed, width);
+    }
+
+    const WIDTH: f64 = 1e-3;
+
+    /// A tail that has curled back through the chip is no part of its thickness, and part of its temperature.
+    #[test]
+    fn a_tail_in_the_chip_does_not_thicken_it() {
+        let feed = 1e-4;
+        let mut survey = Survey::new(Face { layer: 2e-5, melting: 450.0 });
+        chip(feed, false, &mut survey, |_| 400.0);
+        chip(feed, true, &mut survey, |_| 500.0);
+        let thickness = survey.chip_thickness(feed, WIDTH);
         // Rounding of a hundred sums.
         assert!((thickness / 2e-4 - 1.0).abs() < 1e-12, "{thickness} m");
         assert_eq!(survey.chip_temperature(), Some(450.0));
+        assert!(!survey.is_face_molten(), "the tail is hot, the face is not");
+    }
+
+    /// The band of the force knows nothing of a face that is lubricated by molten points: one cell of them is
+    /// enough, half of it is not, and hot points further off do not count.
+    #[test]
+    fn a_molten_layer_at_the_face_is_seen() {
+        for (hot, expected) in [([0.0, 2e-5], true), ([0.0, 1e-5], false), ([2e-5, 2e-4], false)] {
+            let mut survey = Survey::new(Face { layer: 2e-5, melting: 1500.0 });
+            let is_hot = |x| (hot[0]..hot[1]).contains(&x);
+            chip(1e-4, false, &mut survey, |x| if is_hot(x) { 1600.0 } else { 600.0 });
+            assert_eq!(survey.is_face_molten(), expected, "hot from {} to {} m", hot[0], hot[1]);
+        }
+        assert!(!Survey::new(Face::default()).is_face_molten(), "no chip yet");
     }
 
     /// With a chip as thick as the feed and no rake the shear plane stands at 45 degrees.

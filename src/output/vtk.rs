@@ -11,20 +11,24 @@ use std::fs;
 use std::path::Path;
 
 use crate::Error;
+use crate::output::cell_means::cell_means;
 use crate::output::point_fields::PointFields;
 
 /// What every file begins with, by which the program knows its own files.
 pub const MARK: &str = "written by swarf";
 
-/// Writes the points as vertices with velocity, stress, plastic_strain, temperature, jacobian, mass and id.
+/// Writes the points as vertices with velocity, stress, plastic_strain, temperature, jacobian, mass, id and
+/// damage; with the means of their cells, stress_cell, von_mises, pressure and strain_rate
+/// (`output::cell_means`); and with tail, 1 for points of the chip's rigid tail.
 ///
-/// * `fields`: SI units; stress in VTK's order of a symmetric tensor (xx, yy, zz, xy, yz, xz)
+/// * `fields`: SI units; stresses in VTK's order of a symmetric tensor (xx, yy, zz, xy, yz, xz)
 /// * `parameters`: names and values in use
 ///
 /// # Errors
 /// `Error::File` when the file cannot be written.
 pub fn write_points(path: &Path, fields: &PointFields, parameters: &[(String, String)]) -> Result<(), Error> {
     let count = fields.position.len();
+    let means = cell_means(fields);
     let mut arrays = Appended::default();
     let points = arrays.floats("Points", 3, fields.position.iter().flatten());
     let vertex_numbers = 0..count as u32;
@@ -35,16 +39,18 @@ pub fn write_points(path: &Path, fields: &PointFields, parameters: &[(String, St
     let types = arrays.raw("UInt8", "types", 1, std::iter::repeat_n(1, count));
     let point_data = [
         arrays.floats("velocity", 3, fields.velocity.iter().flatten()),
-        arrays.floats(
-            "stress",
-            6,
-            fields.stress.iter().flat_map(|s| [&s[0], &s[1], &s[2], &s[5], &s[3], &s[4]]),
-        ),
+        arrays.floats("stress", 6, fields.stress.iter().flat_map(in_vtk_order)),
         arrays.floats("plastic_strain", 1, &fields.plastic_strain),
         arrays.floats("temperature", 1, &fields.temperature),
         arrays.floats("jacobian", 1, &fields.jacobian),
         arrays.floats("mass", 1, &fields.mass),
         arrays.raw("UInt32", "id", 1, fields.id.iter().flat_map(|id| id.to_le_bytes())),
+        arrays.floats("damage", 1, &fields.damage),
+        arrays.floats("stress_cell", 6, means.stress.iter().flat_map(in_vtk_order)),
+        arrays.floats("von_mises", 1, &means.von_mises),
+        arrays.floats("pressure", 1, &means.pressure),
+        arrays.floats("strain_rate", 1, &means.strain_rate),
+        arrays.raw("UInt8", "tail", 1, (0..count).map(|i| u8::from(fields.is_tail(i)))),
     ]
     .concat();
     let head = format!(
@@ -55,6 +61,12 @@ pub fn write_points(path: &Path, fields: &PointFields, parameters: &[(String, St
         field_data(fields.time, parameters),
     );
     arrays.write(path, &head)
+}
+
+/// A stress xx, yy, zz, yz, xz, xy in VTK's order.
+fn in_vtk_order(stress: &[f64; 6]) -> [&f64; 6] {
+    let [xx, yy, zz, yz, xz, xy] = stress;
+    [xx, yy, zz, xy, yz, xz]
 }
 
 /// Writes a closed polygon in the x-y plane (m), the tool's outline.
@@ -101,6 +113,8 @@ pub fn read_points(points: &Path, outline: Option<&Path>) -> Result<PointFields,
         temperature: plain("temperature")?,
         jacobian: plain("jacobian")?,
         mass: plain("mass")?,
+        damage: plain("damage")?,
+        tail: file.bytes("tail")?.iter().map(|byte| *byte != 0).collect(),
         ..PointFields::default()
     };
     if let Some(path) = outline {
@@ -315,6 +329,8 @@ mod tests {
             jacobian: (0..count).map(|i| 1.0 - value(i, 0) / 256.0).collect(),
             tool_outline: vec![[0.0, 0.5], [1.0, 0.5], [1.0, 2.0]],
             mass: vec![2.0_f64.powi(-30); count],
+            damage: (0..count).map(|i| value(i, 0) / 128.0).collect(),
+            tail: (0..count).map(|i| i > 4).collect(),
             ..PointFields::default()
         }
     }
@@ -338,6 +354,14 @@ mod tests {
             text.contains(crate::version::VERSION) && text.contains("material.name"),
             "version and parameters are named"
         );
+        let stored = Stored::read(&points).unwrap();
+        let means = cell_means(&fields);
+        for (name, values) in
+            [("von_mises", means.von_mises), ("pressure", means.pressure), ("strain_rate", means.strain_rate)]
+        {
+            let read = stored.floats::<1>(name).unwrap();
+            assert!(read.iter().zip(&values).all(|(a, b)| a[0] as f32 == *b as f32), "{name}: {read:?}");
+        }
         fs::remove_dir_all(&folder).unwrap();
     }
 

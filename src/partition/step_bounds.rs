@@ -23,6 +23,7 @@ use crate::error::Error;
 use crate::grid::{Layout, Record};
 use crate::simd::{Kernel, Real, Simd};
 use crate::transfer::{NodeRun, TRAVEL_LIMIT};
+use crate::variables::time_text;
 use std::ops::Range;
 
 /// Most by which a point's volume may change in one substep (-).
@@ -58,9 +59,11 @@ impl Bounds {
     /// * `clock`: time at its start (s); `dt`: the shortest length tried (s)
     pub fn given_up(&self, clock: f64, dt: f64) -> Error {
         Error::Unstable(format!(
-            "the run became unstable at t = {clock:.6e} s: even in a substep of {dt:.3e} s, halved {MOST_RETRIES} times, a \
+            "the run became unstable at t = {}: even in a substep of {}, halved {MOST_RETRIES} times, a \
              point would move {:.3} cells (at most {TRAVEL_LIMIT}) or change its volume by {:.1} % (at most {:.0} %); lower \
              numerics.courant or tool_velocity, and check the material's constants",
+            time_text(clock),
+            time_text(dt),
             self.travel,
             100.0 * self.volume,
             100.0 * VOLUME_LIMIT
@@ -208,16 +211,19 @@ pub fn check_motion(motion: &StepMotion, sound: f64, is_finite: bool) -> Result<
     let StepMotion { clock, dt, travel, cell } = *motion;
     if travel > TRAVEL_LIMIT || !is_finite {
         return Err(Error::Unstable(format!(
-            "the run became unstable at t = {clock:.6e} s: a point moved {travel:.3} cells in one substep of {dt:.3e} s (at \
-             most {TRAVEL_LIMIT} is allowed), or a value is no finite number; lower numerics.courant or tool_velocity"
+            "the run became unstable at t = {}: a point moved {travel:.3} cells in one substep of {} (at most \
+             {TRAVEL_LIMIT} is allowed), or a value is no finite number; lower numerics.courant or tool_velocity",
+            time_text(clock),
+            time_text(dt)
         )));
     }
     let fastest = travel * cell / dt;
     if fastest > FASTEST * sound {
         // Substeps would shrink with its speed and never come to an end.
         return Err(Error::Unstable(format!(
-            "the run became unstable at t = {clock:.6e} s: a point flies at {fastest:.3e} m/s, more than {FASTEST} times \
-             the speed of sound ({sound:.3e} m/s)"
+            "the run became unstable at t = {}: a point flies at {fastest:.3e} m/s, more than {FASTEST} times \
+             the speed of sound ({sound:.3e} m/s)",
+            time_text(clock)
         )));
     }
     Ok(())

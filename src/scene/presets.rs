@@ -25,6 +25,8 @@ pub const BANDS: [&str; 5] =
 
 /// Feed of the reference cut (m), over whose points per feed bands are carried to other feeds.
 const REFERENCE_FEED: f64 = 3e-4;
+/// Point spacings in an edge radius, or in a feed, below which its shape is not resolved (-).
+pub const LEAST_SPACINGS: f64 = 4.0;
 /// A band above this share (-) says only that nothing is known.
 const NOTHING_KNOWN: f64 = 1.0;
 
@@ -147,15 +149,27 @@ pub fn take_preset(scene: &mut Scene) {
 ///
 /// Between the spacings measured the band is interpolated over points per feed, both as logarithms; for
 /// coarser ones it grows with the spacing, for finer ones it stays, as nothing was measured there. At most 1,
-/// and 1 under a contact law that the list does not know, and with mean dilatation.
+/// and 1 where the list knows nothing: under another contact law than `surface`, with mean dilatation, with
+/// other than two points along a cell's edge, and with an edge radius that is rounder than sharp and has fewer
+/// than four point spacings.
 pub fn force_error_band(scene: &Scene, feed: f64) -> f64 {
     band(prices(), scene, feed)
+}
+
+/// Smallest length (m) that a scene's points resolve.
+pub fn resolved(scene: &Scene) -> f64 {
+    // Decimal fractions: 40 µm are four spacings of 10 µm.
+    (LEAST_SPACINGS - 1e-9) * scene.numerics.point_spacing
 }
 
 fn band(prices: &[Price], scene: &Scene, feed: f64) -> f64 {
     // What the list holds was measured with the plain scheme and its locking control; and a tool that is
     // lifted clear has no points per feed.
-    let is_known = scene.numerics.contact == ContactChoice::Surface && scene.numerics.separates();
+    let radius = scene.tool.edge_radius;
+    let is_known = scene.numerics.contact == ContactChoice::Surface
+        && scene.numerics.separates()
+        && scene.numerics.points_per_cell_edge == 2
+        && (radius == 0.0 || radius >= resolved(scene));
     if !is_known || feed <= 0.0 {
         return NOTHING_KNOWN;
     }
@@ -252,6 +266,20 @@ mod tests {
         assert_eq!(band(&list(), &scene, 3e-4), 0.01, "conduction has its own line");
         scene.numerics.contact = ContactChoice::Distance;
         assert_eq!(band(&list(), &scene, 3e-4), 1.0, "nothing was measured under this law");
+    }
+
+    /// Forces with one to four points along a cell's edge differ by a factor of two, and an edge of three
+    /// points is no arc: the list, measured with two and a sharp edge, does not speak for them.
+    #[test]
+    fn where_nothing_was_measured_the_band_is_one() {
+        let at = |per_edge: i32, radius: f64| {
+            let mut scene = Scene::default();
+            (scene.numerics.points_per_cell_edge, scene.tool.edge_radius) = (per_edge, radius);
+            band(&list(), &scene, 3e-4)
+        };
+        assert_eq!([at(1, 0.0), at(3, 0.0), at(4, 0.0)], [1.0; 3]);
+        assert_eq!([at(2, 1e-6), at(2, 3.9e-5)], [1.0; 2]);
+        assert_eq!([at(2, 0.0), at(2, 4e-5), at(2, 1e-4)], [0.04; 3]);
     }
 
     /// As with the speed levels: what was set by hand stays, and twice is once.

@@ -59,12 +59,14 @@ pub struct Session {
     solver: Box<dyn Solver>,
     /// Warnings that nobody has taken yet; no part of a saved state.
     warnings: Vec<String>,
+    /// Substeps that passed without a look at a point, since this session was made; no part of it either.
+    passed: u64,
 }
 
 impl Clone for Session {
     fn clone(&self) -> Self {
         let warnings = self.warnings.clone();
-        Session { run: self.run.clone(), solver: self.solver.fork(), warnings }
+        Session { run: self.run.clone(), solver: self.solver.fork(), warnings, passed: self.passed }
     }
 }
 
@@ -110,7 +112,7 @@ impl Session {
             results,
             scene,
         };
-        let mut session = Session { run, solver, warnings };
+        let mut session = Session { run, solver, warnings, passed: 0 };
         session.run.survey(session.solver.as_ref());
         Ok(session)
     }
@@ -268,7 +270,11 @@ impl Session {
         let before = RunTotals::of(self.solver.progress());
         self.solver.scale_mass(run.speed(self.solver.as_ref()).abs());
         let motion = run.tool_motion(self.solver.as_ref())?;
-        self.solver.step(&motion, parallel)?;
+        if self.solver.pass(&motion) {
+            self.passed += 1;
+        } else {
+            self.solver.step(&motion, parallel)?;
+        }
         let after = RunTotals::of(self.solver.progress());
         let dt = after.time - before.time;
         let force = (before.impulse[0] - after.impulse[0]) / dt;
@@ -293,6 +299,12 @@ impl Session {
     /// Fastest motion of a point along an axis in the last substep (m/s).
     pub fn fastest_motion(&self) -> f64 {
         self.solver.progress().fastest
+    }
+
+    /// Substeps that cost nothing because nothing could happen in them: the tool had not reached a workpiece
+    /// at rest. They count as all others; only this session knows of them, no state does.
+    pub fn passed_substeps(&self) -> u64 {
+        self.passed
     }
 
     /// Memory of one point's state (bytes).
@@ -393,7 +405,7 @@ impl Session {
         let scene = checked(&saved.run.scene).map_err(|error| damaged(&error.to_string()))?;
         let mut solver = setup::build(&scene)?;
         solver.restore(&saved.bulk, &saved.progress)?;
-        Ok(Session { run: saved.run, solver, warnings: Vec::new() })
+        Ok(Session { run: saved.run, solver, warnings: Vec::new(), passed: 0 })
     }
 
     /// Checks every value of a run that was read from bytes and is to go on: totals, outputs, inputs, points.

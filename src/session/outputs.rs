@@ -12,11 +12,11 @@ use super::run_state::{RunState, RunTotals, tool_lag};
 use crate::energy::ledger::Ledger;
 use crate::error::Error;
 use crate::heat::HeatTotals;
-use crate::output::survey::{Survey, shear_angle};
-use crate::scene::{Scene, presets};
+use crate::output::survey::{Face, Survey, shear_angle};
+use crate::scene::{Heat, Scene, presets};
 use crate::simulation::{Progress, Solver, Touches};
 use crate::tool::RigidTool;
-use crate::variables::{ChipState, Outputs, outputs};
+use crate::variables::{ChipState, Outputs, outputs, time_text};
 
 /// What outputs of the state are read from.
 struct Readings<'a> {
@@ -42,7 +42,10 @@ impl<'a> Readings<'a> {
     fn of(scene: &'a Scene, solver: &'a dyn Solver, asked: f64) -> Self {
         let (progress, tool) = (solver.progress(), solver.tool());
         let feed = (scene.workpiece.height - tool.position[1]).max(0.0);
-        let mut survey = Survey::new();
+        let constants = &scene.material.constants;
+        let softens = scene.effects.thermal_softening && scene.effects.heat != Heat::None;
+        let melting = if softens { constants.melting_temperature } else { f64::INFINITY };
+        let mut survey = Survey::new(Face { layer: scene.numerics.cell(), melting });
         solver.visit_points(&mut |point| survey.count(point, tool, feed));
         let (ledger, heat) = (&progress.ledger, &progress.heat);
         let tool_lag = tool_lag(scene, tool, asked);
@@ -73,6 +76,12 @@ impl<'a> Readings<'a> {
         let scale = self.ledger.tool_work.abs().max(block);
         let imbalance = self.ledger.imbalance(self.survey.kinetic, self.survey.elastic);
         if scale > 0.0 { imbalance / scale } else { 0.0 }
+    }
+
+    /// Share of the cutting force that it may be off by (-); 1 over a molten face, of which the list knows
+    /// nothing.
+    fn force_error_band(&self) -> f64 {
+        if self.survey.is_face_molten() { 1.0 } else { presets::force_error_band(self.scene, self.feed) }
     }
 
     /// How far the cut has come.
@@ -204,7 +213,8 @@ impl RunState {
             self.survey(solver);
             if !self.outputs.balance_error.is_finite() {
                 return Err(Error::Unstable(format!(
-                    "the run became unstable by t = {end:.6e} s: the energy of its points is no finite number"
+                    "the run became unstable by t = {}: the energy of its points is no finite number",
+                    time_text(end)
                 )));
             }
         }

@@ -6,12 +6,10 @@ use crate::grid::shape_function::Gimp;
 use crate::material::library;
 use crate::scene::presets;
 use crate::scene::speed_levels;
-use crate::scene::{
-    ContactChoice, DimensionChoice, Heat, Law, Precision, Scene, ShapeChoice, TransferChoice,
-};
-use crate::setup::{courant_limit, process_of};
+use crate::scene::{DimensionChoice, Formulation, Scene, ShapeChoice};
+use crate::setup::{combinations, courant_limit, process_of};
 use crate::speedups::rigid_chip::LEAST_REACH;
-use crate::variables::settings;
+use crate::variables::{length_text, settings, time_text};
 
 /// Takes the settings over, checks what belongs together and refuses what this version does not have; fills
 /// in a library material's constants.
@@ -25,6 +23,9 @@ pub fn check(scene: &Scene) -> Result<Scene, Error> {
     let asked_courant = scene.numerics.courant;
     let mut resolved = scene.clone();
     presets::take_preset(&mut resolved);
+    if !resolved.numerics.separates() {
+        resolved.numerics.formulation = Formulation::Plain;
+    }
     speed_levels::apply(&mut resolved);
     resolved.material.constants = library::resolve(&scene.material)?;
     resolved.material.name = library::known_name(&scene.material.name).into();
@@ -57,18 +58,6 @@ pub fn check(scene: &Scene) -> Result<Scene, Error> {
              allowed"
         )));
     }
-    if scene.effects.tool_heat && scene.effects.heat != Heat::Conduction {
-        return Err(Error::Inconsistent(
-            "effects.tool_heat = true needs heat that flows: effects.heat = conduction".into(),
-        ));
-    }
-    if scene.effects.thermal_expansion && scene.effects.heat == Heat::None {
-        return Err(Error::Inconsistent(
-            "effects.thermal_expansion = true needs a temperature that changes: effects.heat = adiabatic or \
-             conduction"
-                .into(),
-        ));
-    }
     let constants = &resolved.material.constants;
     if scene.effects.thermal_softening && constants.melting_temperature <= constants.reference_temperature {
         return Err(Error::Inconsistent(format!(
@@ -76,21 +65,9 @@ pub fn check(scene: &Scene) -> Result<Scene, Error> {
             constants.melting_temperature, constants.reference_temperature
         )));
     }
-    if resolved.numerics.shape_function == ShapeChoice::Linear
-        && resolved.numerics.precision == Precision::Single
-    {
-        return Err(Error::Inconsistent(
-            "numerics.shape_function = linear goes with numerics.precision = double and numerics.speed = \
-             exact only"
-                .into(),
-        ));
-    }
+    combinations::check(&resolved)?;
     limit_courant(&mut resolved, asked_courant)?;
-    check_contact(&resolved)?;
-    check_affine(&resolved)?;
-    check_smoothing(&resolved)?;
     check_chip(&resolved)?;
-    refuse_rare(&resolved)?;
     process.check_inputs(&resolved, &resolved.inputs)?;
     Ok(resolved)
 }
@@ -108,7 +85,32 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
             temperature + ZERO_CELSIUS
         )
     });
-    cold.into_iter().collect()
+    let spacing = scene.numerics.point_spacing;
+    let feed = scene.inputs.feed;
+    let lengths = [("feed", feed), ("tool.edge_radius", scene.tool.edge_radius)];
+    let coarse =
+        lengths.into_iter().filter(|(_, length)| *length > 0.0 && *length < presets::resolved(scene));
+    let coarse = coarse.map(|(name, length)| {
+        format!(
+            "{name} = {} holds {:.1} point spacings of {} and needs {} at least for the force to mean anything; \
+             numerics.point_spacing = {} or less would do",
+            length_text(length),
+            length / spacing,
+            length_text(spacing),
+            presets::LEAST_SPACINGS,
+            length_text(length / presets::LEAST_SPACINGS)
+        )
+    });
+    let limit = scene.numerics.wall_time_limit;
+    let limited = (limit > 0.0).then(|| {
+        format!(
+            "numerics.wall_time_limit = {}: a step that takes longer is cut short and returns fmi2Discard, from which \
+             only a master that asks for fmi2LastSuccessfulTime can go on; FMPy and libcosim end there, OMSimulator \
+             records a part of the step as the whole; 0 sets no limit",
+            time_text(limit)
+        )
+    });
+    cold.into_iter().chain(coarse).chain(limited).collect()
 }
 
 /// Keeps the Courant number within the scheme's limit; one set by hand that is above it is refused.
@@ -147,71 +149,6 @@ fn courant_limit(scene: &Scene) -> f64 {
     }
 }
 
-/// Refuses what the paper's own contact laws do not go with.
-fn check_contact(scene: &Scene) -> Result<(), Error> {
-    let name = match scene.numerics.contact {
-        ContactChoice::Surface => return Ok(()),
-        ContactChoice::Distance => "distance",
-        ContactChoice::Velocity => "velocity",
-    };
-    let refuse = |text: &str| Err(Error::Inconsistent(format!("numerics.contact = {name} {text}")));
-    if scene.numerics.points_per_cell_edge != 2 {
-        return refuse(
-            "goes with numerics.points_per_cell_edge = 2 only: its tool is made of points half a cell apart, \
-             and bodies touch where their points are that close",
-        );
-    }
-    if scene.effects.sticking {
-        return refuse(
-            "goes with effects.sticking = false only: the shear strength is that of touching points, of \
-             which nodes know nothing",
-        );
-    }
-    if scene.effects.tool_heat {
-        return refuse(
-            "goes with effects.tool_heat = false only: heat flows where points touch the tool, and this law \
-             acts on nodes",
-        );
-    }
-    Ok(())
-}
-
-/// Refuses all but one combination with the affine transfer: each is a kernel more to compile.
-fn check_affine(scene: &Scene) -> Result<(), Error> {
-    let Scene { effects, numerics, .. } = scene;
-    let fits = numerics.dimension == DimensionChoice::PlaneStrain
-        && numerics.shape_function == ShapeChoice::Gimp
-        && numerics.precision == Precision::Double
-        && effects.rate
-        && effects.heat == Heat::Adiabatic
-        && effects.thermal_softening
-        && scene.material.law == Law::JohnsonCook
-        && !effects.damage
-        && !effects.artificial_viscosity;
-    if numerics.transfer == TransferChoice::Flip || fits {
-        return Ok(());
-    }
-    Err(Error::Inconsistent(
-        "numerics.transfer = apic goes with numerics.dimension = plane_strain, numerics.shape_function = \
-         gimp, numerics.precision = double (numerics.speed = exact), effects.rate = true, effects.heat = \
-         adiabatic, effects.thermal_softening = true, material.law = johnson_cook and neither effects.damage \
-         nor effects.artificial_viscosity only"
-            .into(),
-    ))
-}
-
-/// Refuses smoothed increments where nodes do not keep the masses that they share.
-fn check_smoothing(scene: &Scene) -> Result<(), Error> {
-    if scene.numerics.can_smooth() || !scene.numerics.smoothed_increments {
-        return Ok(());
-    }
-    Err(Error::Inconsistent(
-        "numerics.smoothed_increments = true goes with numerics.dimension = plane_strain, numerics.shape_function = gimp, \
-         numerics.transfer = flip and numerics.formulation = plain only"
-            .into(),
-    ))
-}
-
 /// Refuses to integrate so little of the chip that the workpiece before the tool would be taken for it.
 fn check_chip(scene: &Scene) -> Result<(), Error> {
     let above = scene.numerics.active_chip;
@@ -222,43 +159,6 @@ fn check_chip(scene: &Scene) -> Result<(), Error> {
         "numerics.active_chip = {above} is below {LEAST_REACH} feeds, so near the bulge of the workpiece \
          before the tool that this may be taken for chip; 0 integrates the whole chip"
     )))
-}
-
-/// Refuses combinations of effects that no kernel is compiled for.
-fn refuse_rare(scene: &Scene) -> Result<(), Error> {
-    let Scene { effects, numerics, .. } = scene;
-    let law = scene.material.law;
-    let is_plain = law == Law::JohnsonCook;
-    let name = if !is_plain {
-        format!("material.law = {}", law.name())
-    } else if effects.damage {
-        "effects.damage = true".into()
-    } else if effects.artificial_viscosity {
-        "effects.artificial_viscosity = true".into()
-    } else {
-        return Ok(());
-    };
-    let refuse = |text: String| Err(Error::Inconsistent(text));
-    if numerics.shape_function == ShapeChoice::Linear {
-        return refuse(format!("{name} goes with numerics.shape_function = gimp only"));
-    }
-    if !is_plain && !effects.thermal_softening {
-        return refuse(format!("{name} softens with temperature and needs effects.thermal_softening = true"));
-    }
-    if law == Law::ZerilliArmstrong && effects.damage {
-        return refuse(format!("{name} goes with effects.damage = false only"));
-    }
-    if effects.damage && effects.thermal_expansion {
-        return refuse("effects.damage = true goes with effects.thermal_expansion = false only".into());
-    }
-    if effects.artificial_viscosity && (!is_plain || effects.damage) {
-        return refuse(
-            "effects.artificial_viscosity = true goes with material.law = johnson_cook and effects.damage = \
-             false only"
-                .into(),
-        );
-    }
-    Ok(())
 }
 
 /// Most points of a scene: 3 GB; more would fill an engineer's machine before it says so.
@@ -277,5 +177,41 @@ mod tests {
         let text = warnings(&check(&scene).unwrap()).join("\n");
         assert!(text.starts_with("workpiece.initial_temperature = 20 K is below 200 K"), "{text}");
         assert!(text.ends_with("SI: kelvin; 20 degC is 293.15 K"), "{text}");
+    }
+
+    /// A master that ignores fmi2Discard records nonsense in silence, so the limit is told before it acts.
+    #[test]
+    fn a_wall_time_limit_is_told() {
+        let mut scene = Scene::default();
+        scene.numerics.wall_time_limit = 0.5;
+        let texts = warnings(&check(&scene).unwrap());
+        assert_eq!(texts.len(), 1, "{texts:?}");
+        assert!(
+            texts[0].starts_with("numerics.wall_time_limit = 500 ms: a step that takes longer"),
+            "{texts:?}"
+        );
+    }
+
+    /// Three points through the feed or the edge are no shape; who asks for them learns what would do.
+    #[test]
+    fn what_the_points_do_not_resolve_is_told() {
+        let mut scene = Scene::default();
+        (scene.inputs.feed, scene.tool.edge_radius) = (1e-4, 2e-5);
+        scene.numerics.point_spacing = 4e-5;
+        let texts = warnings(&check(&scene).unwrap());
+        let expected = [
+            "feed = 100 µm holds 2.5 point spacings of 40 µm and needs 4",
+            "tool.edge_radius = 20 µm holds 0.5 point spacings of 40 µm and needs 4",
+        ];
+        assert_eq!(texts.len(), 2, "{texts:?}");
+        for (text, expected) in texts.iter().zip(expected) {
+            assert!(text.starts_with(expected), "{text}");
+        }
+        assert!(texts[1].ends_with("numerics.point_spacing = 5 µm or less would do"), "{}", texts[1]);
+        // At four it is quiet, and so it is for a sharp edge and a lifted tool.
+        (scene.inputs.feed, scene.tool.edge_radius) = (1.6e-4, 0.0);
+        assert_eq!(warnings(&check(&scene).unwrap()), Vec::<String>::new());
+        scene.inputs.feed = -1e-5;
+        assert_eq!(warnings(&check(&scene).unwrap()), Vec::<String>::new());
     }
 }

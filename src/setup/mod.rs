@@ -12,13 +12,14 @@
 //! the scene lacks of these is taken out by constants (`constants_in_use`).
 //!
 //! * this file: the choice of kernel; `cut` and `process`: what a scene builds; `checks`: what it may not
-//!   ask for;
+//!   ask for; `combinations`: what goes only with what;
 //! * `courant_limit`: the stable substep; `effects_summary`: the log's line on effects.
 //!
 //! What may be touched: a scene is a type that implements `Process`; a flow law is an arm of `with_law`;
-//! every combination that is not compiled is refused by name in `checks`.
+//! every combination that is not compiled is a rule of `combinations`, which refuses it by name.
 
 pub mod checks;
+mod combinations;
 pub mod courant_limit;
 mod cut;
 mod effects_summary;

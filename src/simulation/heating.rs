@@ -4,9 +4,9 @@
 use super::Simulation;
 use crate::dimension::Dimension;
 use crate::grid::shape_function::ShapeFunction;
-use crate::heat::NodeHeat;
 use crate::heat::sources;
 use crate::heat::tool::Opposite;
+use crate::heat::{HeatConduction, NodeHeat};
 use crate::material::ConstitutiveModel;
 use crate::simd::Real;
 use crate::simulation::solver::Progress;
@@ -76,15 +76,21 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         ledger.thermoelastic += std::mem::take(&mut heat.thermoelastic);
     }
 
+    /// Whether nothing has heated the material yet, which starts at one temperature: no heat flows.
+    pub(super) fn is_even(&self, conduction: &HeatConduction) -> bool {
+        let Progress { heat, ledger, .. } = &self.progress;
+        let plastic_heat = conduction.plastic_work_heats && ledger.plastic_work > 0.0;
+        conduction.starts_even && !plastic_heat && heat.friction == 0.0
+    }
+
     /// Conducts heat where the scene names it and a pass is due.
     pub(super) fn conduct_heat(&mut self, parallel: bool) {
-        let Some(conduction) = &mut self.conduction else { return };
-        let Progress { clock, heat, ledger, .. } = &mut self.progress;
-        let plastic_heat = conduction.plastic_work_heats && ledger.plastic_work > 0.0;
-        if conduction.starts_even && !plastic_heat && heat.friction == 0.0 {
-            heat.last_pass = *clock;
+        if self.conduction.as_ref().is_some_and(|conduction| self.is_even(conduction)) {
+            self.progress.heat.last_pass = self.progress.clock;
             return;
         }
+        let Some(conduction) = &mut self.conduction else { return };
+        let Progress { clock, heat, ledger, .. } = &mut self.progress;
         let dt = *clock - heat.last_pass;
         let conducted =
             conduction.conduct_if_due(&mut self.partition, &self.shape, &self.model, *clock, heat);

@@ -1,7 +1,7 @@
 //! The main loop: one explicit substep of the material point method on the solver's own clock.
 //!
 //! * this file: `Simulation` and `step`, the loop on one screen; `contacts` and `heating`: its parts about
-//!   the tool and heat;
+//!   the tool and heat; `waiting`: substeps in which nothing can happen;
 //! * `solver`: the simulation as the rest of the program sees it, whatever its kernel; `options`: numbers and
 //!   optional passes.
 //!
@@ -13,6 +13,7 @@ pub(crate) mod solver;
 mod contacts;
 mod heating;
 mod options;
+mod waiting;
 
 pub use options::Options;
 
@@ -74,6 +75,8 @@ pub struct Simulation<R: Real, D: Dimension, F: ShapeFunction<R>, M: Constitutiv
     conduction: Option<HeatConduction>,
     /// The tool as a conducting body, if the scene names it; none to begin with.
     tool_body: Option<ToolBody>,
+    /// What is known of a body that nothing has touched.
+    waiting: waiting::Waiting,
     /// Nodes lighter than this (kg) stay at rest.
     pub lightest: f64,
     /// Clock, tool and totals.
@@ -139,6 +142,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             locking_control,
             conduction: None,
             tool_body: None,
+            waiting: waiting::Waiting::default(),
             lightest,
             progress,
         };
@@ -408,7 +412,12 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
         }
         self.control_locking(parallel);
         self.conduct_heat(parallel);
+        self.note_harmless_tool();
         self.watch_energy(is_suspicious)
+    }
+
+    fn pass(&mut self, motion: &ToolMotion) -> bool {
+        self.pass_substep(motion)
     }
 
     /// Courant number times cell over wave speed plus speed of points and tool.
@@ -494,6 +503,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sol
         }
         self.progress = progress.clone();
         self.tool.position = progress.tool_position;
+        self.waiting = waiting::Waiting::default();
         Ok(())
     }
 

@@ -139,6 +139,10 @@ pub trait Solver: Send {
     /// `Error::Unstable` when one of the `partition::step_bounds` sees that the run has gone wrong.
     fn step(&mut self, motion: &ToolMotion, parallel: bool) -> Result<(), Error>;
 
+    /// Does what `step` would do, without looking at a point, where it would change nothing but the clock and
+    /// the tool's place; whether it did.
+    fn pass(&mut self, motion: &ToolMotion) -> bool;
+
     /// Length of the substep that `step` would take with this drive (s).
     fn time_step(&self, motion: &ToolMotion) -> f64;
 

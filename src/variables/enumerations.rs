@@ -6,6 +6,9 @@ use crate::scene::{
     Speed, TransferChoice,
 };
 
+/// How a text ends whose item or value is named in the interface, and refused by this version.
+pub const ABSENT: &str = "(not in this version)";
+
 /// An enumeration type; items are numbered from 1 in the order given and only ever appended.
 #[derive(Debug)]
 pub struct Enumeration {
@@ -31,10 +34,13 @@ impl Enumeration {
         (self.items)().get(index).copied()
     }
 
-    /// All items with their numbers, as an error text lists them.
+    /// All items with their numbers, as an error text lists them; what this version refuses is marked.
     pub fn list(&self) -> String {
-        let items = (self.items)();
-        let numbered = items.iter().enumerate().map(|(index, name)| format!("{name} ({})", index + 1));
+        let items = (self.items)().into_iter().zip(self.texts).enumerate();
+        let numbered = items.map(|(index, (name, text))| {
+            let mark = if text.ends_with(ABSENT) { ", not in this version" } else { "" };
+            format!("{name} ({}{mark})", index + 1)
+        });
         numbered.collect::<Vec<_>>().join(", ")
     }
 }
@@ -51,7 +57,11 @@ pub static SCENE: Enumeration = Enumeration {
     name: "Scene",
     description: "process that is simulated",
     items: items_of!(SceneKind),
-    texts: &["orthogonal cutting", "a rigid press driven into a block", "a cylinder against a rigid wall"],
+    texts: &[
+        "orthogonal cutting",
+        "a rigid press driven into a block (not in this version)",
+        "a cylinder against a rigid wall (not in this version)",
+    ],
 };
 /// What heats and where heat goes.
 pub static HEAT: Enumeration = Enumeration {

@@ -31,7 +31,9 @@ use units::Unit;
 pub use chip_state::ChipState;
 pub(crate) use outputs::outputs;
 pub use outputs::{COLUMNS, Column, Outputs, outputs_at_start, start_dependencies};
-pub use text::{format_real, nearest_name, real_from_text, set_by_name, values_in_use};
+pub use text::{
+    format_real, length_text, nearest_name, real_from_text, set_by_name, time_text, values_in_use,
+};
 
 /// One variable.
 #[derive(Debug)]

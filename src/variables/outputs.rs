@@ -268,9 +268,10 @@ macro_rules! outputs {
             force_error_band {
                 variable: 200 "numerics.force_error_band" real(&ONE, "%", [0.0, NONE], Some(0.05)),
                 meaning: "share of the cutting force that it may be off by at this spacing and speed \
-                    level, from the price list measured on the reference cut; 1 where that knows nothing, as \
-                    for numerics.contact other than surface; 0 before the model is built",
-                source: state |r| presets::force_error_band(r.scene, r.feed),
+                    level, from the price list measured on the reference cut; 1 where that knows nothing: \
+                    numerics.contact other than surface, numerics.points_per_cell_edge other than 2, an edge \
+                    radius below four point spacings, a molten rake face; 0 before the model is built",
+                source: state |r| r.force_error_band(),
             }
             estimated_cpu_time {
                 variable: 201 "numerics.estimated_cpu_time" real(&SECOND, "", [0.0, NONE], Some(10.0)),

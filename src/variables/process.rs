@@ -44,14 +44,13 @@ pub(super) static PARAMETERS: &[Variable] = &[
     Variable {
         reference: 1014,
         name: "workpiece.endless",
-        description: "feed fresh material in front of the tool and drop what lies behind it, for a cut of \
-            any length at constant cost",
+        description: "feed fresh material in front of the tool and drop what lies behind it, for a cut of any length at constant cost (not in this version)",
         kind: Kind::Boolean(parameter!(workpiece.endless)),
     },
     Variable {
         reference: 1015,
         name: "workpiece.revolution_length",
-        description: "length of cut after which the tool meets the surface that it left; 0 for never",
+        description: "length of cut after which the tool meets the surface that it left; 0 for never, all else (not in this version)",
         kind: real(&METRE, "mm", [0.0, 100.0], None, parameter!(workpiece.revolution_length)),
     },
     Variable {

@@ -105,6 +105,36 @@ pub fn format_real(value: f64) -> String {
     if size == 0.0 || (1e-3..1e6).contains(&size) { format!("{value}") } else { format!("{value:e}") }
 }
 
+/// A time (s) in the unit that gives it a number between 1 and 1000: `1.000001 µs`; with at most ten digits,
+/// which tell apart what counts as different times and leave out what sums of steps add.
+pub fn time_text(seconds: f64) -> String {
+    scaled(seconds, &[(1.0, "s"), (1e3, "ms"), (1e6, "µs"), (1e9, "ns")])
+}
+
+/// A length (m) in the unit that gives it a number between 1 and 1000: `0.3 mm` is `300 µm`.
+pub fn length_text(metres: f64) -> String {
+    scaled(metres, &[(1.0, "m"), (1e3, "mm"), (1e6, "µm"), (1e9, "nm")])
+}
+
+/// A value in the first unit of which it has one or more; the last where it is smaller.
+///
+/// * `units`: units per unit of the value, and their names
+fn scaled(value: f64, units: &[(f64, &str); 4]) -> String {
+    /// Digits that are shown at most.
+    const DIGITS: i32 = 10;
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value} {}", units[0].1);
+    }
+    // Rounding of the factor must not show 1 µs as 1000 ns.
+    let fits = |factor: f64| (factor * value).abs() >= 1.0 - 1e-12;
+    let (factor, unit) = units.iter().find(|(factor, _)| fits(*factor)).unwrap_or(&units[3]);
+    let shown = factor * value;
+    let before = (shown.abs().log10().floor() as i32 + 1).clamp(-DIGITS, DIGITS);
+    let text = format!("{shown:.*}", (DIGITS - before) as usize);
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    format!("{text} {unit}")
+}
+
 /// The start value as `set_by_name` reads it; none for an output.
 pub(super) fn start_text(variable: &Variable, scene: &Scene) -> Option<String> {
     match &variable.kind {
@@ -242,6 +272,31 @@ mod tests {
         for variable in all() {
             assert!(!variable.description.contains('|'), "{}", variable.name);
         }
+    }
+
+    /// Messages carry neither exponents nor the noise of a sum of steps, and no digit that counts is lost.
+    #[test]
+    fn times_and_lengths_are_written_as_people_write_them() {
+        let cases = [
+            (1.0, "1 s"),
+            (4e-5, "40 µs"),
+            (1.000001e-6, "1.000001 µs"),
+            (3.0 * 1e-6, "3 µs"),
+            (1e-6, "1 µs"),
+            (5e-7, "500 ns"),
+            (2.5e-3, "2.5 ms"),
+            (120.0, "120 s"),
+            (1e-11, "0.01 ns"),
+            (-2e-6, "-2 µs"),
+            (0.0, "0 s"),
+            (4.0000000401e-5, "40.0000004 µs"),
+            (f64::INFINITY, "inf s"),
+        ];
+        for (seconds, expected) in cases {
+            assert_eq!(time_text(seconds), expected);
+        }
+        assert_eq!(length_text(3e-4), "300 µm");
+        assert_eq!(length_text(1.5e-3), "1.5 mm");
     }
 
     /// Distances known by hand.

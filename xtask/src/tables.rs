@@ -130,6 +130,7 @@ pub fn table(name: &str, place: Place) -> Outcome<String> {
         "instruction-counts" => instruction_counts(),
         "enumerations" => enumerations(),
         "units" => units(),
+        "combinations" => combinations(),
         "inputs" => variables("input", None),
         "outputs" => variables("output", None),
         "verification-unmet" => rows_with("verification", "**not met**", place),
@@ -331,7 +332,12 @@ fn start_and_range(variable: &str, description: &str) -> [String; 2] {
     let start = plain(of("start"));
     let items = attribute(variable, "declaredType").map(|name| items(description, name)).unwrap_or_default();
     if !items.is_empty() {
-        let all: Vec<String> = items.iter().map(|item| format!("{} ({})", item.name, item.number)).collect();
+        // What the version refuses is marked in its text.
+        let mark = |item: &Item| {
+            if item.text.ends_with("(not in this version)") { ", not in this version" } else { "" }
+        };
+        let all: Vec<String> =
+            items.iter().map(|item| format!("{} ({}{})", item.name, item.number, mark(item))).collect();
         let chosen = items.iter().find(|item| item.number == start);
         return [chosen.map_or(start, |item| format!("{} ({})", item.name, item.number)), all.join(", ")];
     }
@@ -375,6 +381,32 @@ fn units() -> Outcome<String> {
         if !others.is_empty() {
             rows.push(vec![attribute(unit, "name").unwrap_or_default().into(), others.join(", ")]);
         }
+    }
+    Ok(markdown(&rows))
+}
+
+/// What goes only with what.
+fn combinations() -> Outcome<String> {
+    let text = process::read(&root().join("resources/combinations.toml"))?;
+    let all: toml::Table = toml::from_str(&text).map_err(|e| format!("combinations.toml: {e}"))?;
+    let rules = all.get("rule").and_then(toml::Value::as_array).ok_or("combinations.toml has no rules")?;
+    let mut rows = vec![["what", "goes only with", "because"].map(str::to_string).to_vec()];
+    let condition = |text: &str| {
+        let (variable, values) = text.split_once(" = ").unwrap_or((text, ""));
+        format!("`{variable}` = {}", values.replace(" | ", " or "))
+    };
+    for rule in rules {
+        let of = rule.get("of").and_then(toml::Value::as_str).unwrap_or_default();
+        let needs = rule.get("needs").and_then(toml::Value::as_array).into_iter().flatten();
+        let needs: Vec<(&str, &str)> = needs
+            .filter_map(toml::Value::as_str)
+            .map(|need| need.split_once(": ").unwrap_or((need, "")))
+            .collect();
+        let named: Vec<String> = needs.iter().map(|need| condition(need.0)).collect();
+        let mut reasons: Vec<&str> =
+            needs.iter().map(|need| need.1).filter(|text| !text.is_empty()).collect();
+        reasons.dedup();
+        rows.push(vec![condition(of), named.join(", "), reasons.join("; ")]);
     }
     Ok(markdown(&rows))
 }
@@ -451,9 +483,13 @@ mod tests {
     #[test]
     fn variables_show_what_an_importer_sets() {
         let description = r#"<SimpleType name="Heat"><Item name="none" value="1" description="a &lt; b"/>
-            <Item name="adiabatic" value="2"/></SimpleType>"#;
+            <Item name="adiabatic" value="2" description="x"/><Item name="new" value="3"
+            description="y (not in this version)"/></SimpleType>"#;
         let choice = r#"name="effects.heat"><Enumeration declaredType="Heat" start="2"/>"#;
-        assert_eq!(start_and_range(choice, description), ["adiabatic (2)", "none (1), adiabatic (2)"]);
+        assert_eq!(
+            start_and_range(choice, description),
+            ["adiabatic (2)", "none (1), adiabatic (2), new (3, not in this version)"]
+        );
         let angle = r#"name="a"><Real unit="rad" min="-1.0471975511965976" start="0"/>"#;
         assert_eq!(start_and_range(angle, description), ["0", "-60° to …"]);
         assert_eq!(plain(items(description, "Heat")[0].text), "a < b");
