@@ -111,8 +111,9 @@ pub fn for_each<T>(items: impl Iterator<Item = T> + Send, parallel: bool, work: 
     if parallel { take_turns(items, work) } else { items.for_each(work) }
 }
 
-/// Runs `work` on so many threads of the current pool, as far as they are free.
-fn on_each(threads: usize, work: &(impl Fn() + Sync)) {
+/// Runs `work` on so many threads of the current pool, as far as they are free. Of any work by one function:
+/// each pass of each model would have its own copy of what hands work over.
+fn on_each(threads: usize, work: &(dyn Fn() + Sync)) {
     if threads <= 1 {
         return work();
     }
