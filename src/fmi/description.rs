@@ -1,8 +1,8 @@
 //! modelDescription.xml of FMI 2.0.4, written from the variable table.
 //!
 //! The GUID is a hash of everything else in the file, so it changes with the interface and with nothing else;
-//! the date is a constant of the version, so that equal sources give equal files. The structs below repeat the order of elements and attributes of the standard's
-//! schema (section 2.2).
+//! the date is a constant of the version, so that equal sources give equal files. The structs below repeat
+//! the order of elements and attributes of the standard's schema (section 2.2).
 
 use crate::scene::Scene;
 use crate::variables::units::{self, Unit};
@@ -424,8 +424,8 @@ mod tests {
         assert_eq!(fnv1a_128(b"foobar"), 0x343e_1662_793c_64bf_6f0d_3597_ba44_6f18);
     }
 
-    /// Importers show whose model this is; what they show says so, and a date of another form is refused by the
-    /// schema's type.
+    /// Importers show whose model this is; what they show says so, and a date of another form is refused by
+    /// the schema's type.
     #[test]
     fn author_copyright_date_and_licence_are_there() {
         let text = xml();

@@ -26,7 +26,8 @@ pub struct PointFields {
     pub jacobian: Vec<f64>,
     /// Damage (-), 1 for a point that has failed.
     pub damage: Vec<f64>,
-    /// Whether a point belongs to the chip's rigid tail, which goes where no chip would; empty where none does.
+    /// Whether a point belongs to the chip's rigid tail, which goes where no chip would; empty where none
+    /// does.
     pub tail: Vec<bool>,
     /// Length of a grid cell (m).
     pub cell: f64,

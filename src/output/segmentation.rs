@@ -4,8 +4,8 @@
 //! and 0.467 of the feed above the cutting plane before the cut (0.10 to 0.14 mm of 0.3 mm), over their
 //! distance s along the cut from the side where the tool came in. Material coordinates do not curl with the
 //! chip, and need no search for its outline; what has joined the chip's rigid tail keeps the strain that it
-//! had, and where the tail goes does not matter. The fibre is sampled in bins of one point spacing, from one feed
-//! behind the entry to one feed behind the edge, where it has passed the shear zone.
+//! had, and where the tail goes does not matter. The fibre is sampled in bins of one point spacing, from one
+//! feed behind the entry to one feed behind the edge, where it has passed the shear zone.
 //!
 //! A band is a maximum of that strain, averaged over three bins, whose prominence (its height over the higher
 //! of the two lowest strains between it and higher maxima or the ends) exceeds

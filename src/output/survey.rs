@@ -1,7 +1,7 @@
 //! What a machinist asks of the points: the chip's temperature, strain, thickness and shear angle.
 //!
-//! The chip is the material above the machined surface whose equivalent plastic strain exceeds 0.05. Its rigid
-//! tail (`speedups::rigid_chip`) counts for its temperature, and for nothing that is measured by place:
+//! The chip is the material above the machined surface whose equivalent plastic strain exceeds 0.05. Its
+//! rigid tail (`speedups::rigid_chip`) counts for its temperature, and for nothing that is measured by place:
 //! thickness and what follows from it.
 
 use crate::simulation::PointView;
@@ -81,8 +81,8 @@ impl Survey {
         }
         self.chip_mass += point.mass;
         self.chip_heat += point.mass * report.temperature;
-        // A tail is chip, and as hot, but it passes through whatever is in its way: where it is says nothing of
-        // the chip's shape.
+        // A tail is chip, and as hot, but it passes through whatever is in its way: where it is says nothing
+        // of the chip's shape.
         if point.is_tail {
             return;
         }
@@ -104,8 +104,8 @@ impl Survey {
         }
     }
 
-    /// Whether most of the layer at the rake face, up to one feed from the edge, has melted: it lubricates the
-    /// face, with a thickness that is the grid's.
+    /// Whether most of the layer at the rake face, up to one feed from the edge, has melted: it lubricates
+    /// the face, with a thickness that is the grid's.
     pub fn is_face_molten(&self) -> bool {
         let [all, molten] = self.face_mass;
         molten > 0.5 * all

@@ -150,8 +150,8 @@ pub fn take_preset(scene: &mut Scene) {
 /// Between the spacings measured the band is interpolated over points per feed, both as logarithms; for
 /// coarser ones it grows with the spacing, for finer ones it stays, as nothing was measured there. At most 1,
 /// and 1 where the list knows nothing: under another contact law than `surface`, with mean dilatation, with
-/// other than two points along a cell's edge, and with an edge radius that is rounder than sharp and has fewer
-/// than four point spacings.
+/// other than two points along a cell's edge, and with an edge radius that is rounder than sharp and has
+/// fewer than four point spacings.
 pub fn force_error_band(scene: &Scene, feed: f64) -> f64 {
     band(prices(), scene, feed)
 }

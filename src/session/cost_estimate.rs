@@ -1,9 +1,9 @@
 //! What a run will cost, told before it is paid.
 //!
-//! What is returned is made of counts and of a rate that is a parameter, `numerics.point_rate`: two equal runs
-//! return the same. What the log tells besides is measured: a copy of the solver at its start makes substeps
-//! for a moment under the thread's CPU clock, the tool at rest: nothing moves or yields, so that each of them
-//! costs the same. What such a substep does not show is added by a formula:
+//! What is returned is made of counts and of a rate that is a parameter, `numerics.point_rate`: two equal
+//! runs return the same. What the log tells besides is measured: a copy of the solver at its start makes
+//! substeps for a moment under the thread's CPU clock, the tool at rest: nothing moves or yields, so that
+//! each of them costs the same. What such a substep does not show is added by a formula:
 //!
 //! CPU time = n ⟨a(s) (c + κ c₀) + (λ w(s) + ζ x) c₀⟩,  n = T / Δt (1 + ε),  mean over the way s
 //!
@@ -105,7 +105,8 @@ fn substeps(copy: &mut dyn Solver, scene: &Scene, inputs: &Inputs, duration: f64
 
 /// CPU time of a substep for each point at the start (s), mean over a run of `duration` (s).
 ///
-/// * `cost`, `plain`: CPU time of a substep at rest for each point, with the scene's transfer and with FLIP (s)
+/// * `cost`, `plain`: CPU time of a substep at rest for each point (s), with the scene's transfer and with
+///   FLIP
 fn load(scene: &Scene, inputs: &Inputs, duration: f64, [cost, plain]: [f64; 2]) -> Result<f64, Error> {
     let process = setup::process_of(scene.kind)?;
     let start_area = process.integrated_area(scene, inputs, 0.0).all.max(f64::MIN_POSITIVE);

@@ -127,8 +127,8 @@ impl Session {
         self.run.start + self.run.time
     }
 
-    /// Estimates what the run from here to `stop_time` (s) takes with the present inputs on a machine that has
-    /// the scene's `numerics.point_rate`, and shows it as an output.
+    /// Estimates what the run from here to `stop_time` (s) takes with the present inputs on a machine that
+    /// has the scene's `numerics.point_rate`, and shows it as an output.
     ///
     /// # Errors
     /// What building a coarser copy of a large scene refuses.

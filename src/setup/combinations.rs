@@ -1,5 +1,5 @@
-//! Which values go together: the table `resources/combinations.toml`, from which refusals and the book's table
-//! are both made.
+//! Which values go together: the table `resources/combinations.toml`, from which refusals and the book's
+//! table are both made.
 //!
 //! A rule is for some values of one variable and names the values that others must have. The scene that is
 //! held against it is the one in use, after presets and speed levels.
