@@ -1,0 +1,44 @@
+"""The run-in is found, and steadiness is judged, by the scatter of blocks."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from swarf.steady import block_means, is_steady, run_in, steady_values
+
+
+def test_a_step_is_cut_off():
+    """Four blocks of run-in, then noise: the rule finds the step, and not the quietest tail."""
+    noise = np.random.default_rng(1).normal(0, 0.01, 12)
+    blocks = np.concatenate([[0.1, 0.4, 0.7, 0.9], 1 + noise])
+    assert run_in(blocks) == 4
+
+
+def test_a_constant_needs_no_run_in():
+    assert run_in(np.ones(6)) == 0 and run_in(np.ones(2)) == 0 and run_in(np.array([])) == 0
+
+
+def test_steadiness_is_a_standard_error():
+    """Alternating blocks 1 ± 0.1: s = 0.1 √(n/(n−1)), so s/√n is 0.0577 for n = 4 and 0.0302 for n = 12."""
+    blocks = 1 + 0.1 * (-1.0) ** np.arange(12)
+    assert not is_steady(blocks[:4], 0.057) and is_steady(blocks[:4], 0.058)
+    assert not is_steady(blocks, 0.030) and is_steady(blocks, 0.031)
+    assert not is_steady(np.ones(3), 0.5)
+
+
+def test_block_means_use_whole_blocks():
+    assert block_means(np.arange(7.0), 3).tolist() == [1.0, 4.0]
+
+
+def test_figures_of_a_known_history():
+    """Blocks 0, 10, 12, 11, 11 N: the first is run-in; the band of a temperature is a share of the heating."""
+    force = np.repeat([0.0, 10, 12, 11, 11], 10)
+    history = pd.DataFrame({"cutting_force": force, "chip_temperature": 400.0})
+    units = {"cutting_force": "N", "chip_temperature": "K"}
+    found = steady_values(history, 10, units, {"cutting_force": 0.5, "chip_temperature": 0.1}, 300.0, 0.05)
+    assert found.start == 1 and found.cutting_force.mean == 11 and found.cutting_force.blocks == 4
+    assert found.cutting_force.scatter == pytest.approx(np.sqrt(2 / 3))
+    assert found.cutting_force.band == 5.5 and found.chip_temperature.band == pytest.approx(10.0)
+    assert found.reached and found.table().loc["cutting_force", "unit"] == "N"
+    with pytest.raises(AttributeError, match="thrust"):
+        _ = found.thrust_force
