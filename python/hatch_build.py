@@ -30,7 +30,8 @@ class CustomBuildHook(BuildHookInterface):
         fmu = find_fmu(Path(self.root))
         build_data["force_include"][str(fmu)] = "swarf/swarf.fmu"
         build_data["pure_python"] = False
-        # SWARF_WHEEL_PLATFORM names one of the platforms, or another tag for a library that needs a newer system.
+        # SWARF_WHEEL_PLATFORM names one of the platforms, or another tag for a library that needs a newer
+        # system.
         asked = os.environ.get("SWARF_WHEEL_PLATFORM")
         tags = [asked] if asked else sorted(platform_tags(fmu))
         build_data["tag"] = "py3-none-" + ".".join(tags)

@@ -35,8 +35,14 @@ def fmu():
 def cut():
     """An ordinary cut of steel, as coarse as it can be."""
     return swarf.Cut(
-        "AISI 1045", speed="180 m/min", feed="0.1 mm", rake="5 deg", edge_radius="30 um", friction=0.3,
-        heat="conduction", **CHEAP,
+        "AISI 1045",
+        speed="180 m/min",
+        feed="0.1 mm",
+        rake="5 deg",
+        edge_radius="30 um",
+        friction=0.3,
+        heat="conduction",
+        **CHEAP,
     )
 
 

@@ -31,7 +31,7 @@ def test_block_means_use_whole_blocks():
 
 
 def test_figures_of_a_known_history():
-    """Blocks 0, 10, 12, 11, 11 N: the first is run-in; the band of a temperature is a share of the heating."""
+    """Blocks 0, 10, 12, 11, 11 N: the first is run-in; a temperature's band is a share of the heating."""
     force = np.repeat([0.0, 10, 12, 11, 11], 10)
     history = pd.DataFrame({"cutting_force": force, "chip_temperature": 400.0})
     units = {"cutting_force": "N", "chip_temperature": "K"}

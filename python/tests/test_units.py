@@ -32,8 +32,16 @@ def test_a_quantity_is_converted(value, unit, expected):
     assert to_unit(value, unit, "x") == pytest.approx(expected, rel=1e-14)
 
 
-@pytest.mark.parametrize("value, part", [("3 s", "unit"), ("fast", "no quantity"), (True, "no quantity"),
-                                         ("3 furlingtons", "furlingtons"), (None, "no quantity")])
+@pytest.mark.parametrize(
+    "value, part",
+    [
+        ("3 s", "unit"),
+        ("fast", "no quantity"),
+        (True, "no quantity"),
+        ("3 furlingtons", "furlingtons"),
+        (None, "no quantity"),
+    ],
+)
 def test_a_slip_names_variable_and_unit(value, part):
     """Who wrote it must see where."""
     with pytest.raises(SwarfError, match="speed") as caught:

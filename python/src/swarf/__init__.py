@@ -13,7 +13,20 @@ from swarf._fmu import find_fmu, variables
 from swarf.cut import Cut, Estimate
 from swarf.result import Result
 from swarf.steady import Figure, Steady
+from swarf.studies import Study, open_study, study
 
 __version__ = "0.1.0"
 
-__all__ = ["Cut", "Estimate", "Figure", "Result", "Steady", "SwarfError", "find_fmu", "variables"]
+__all__ = [
+    "Cut",
+    "Estimate",
+    "Figure",
+    "Result",
+    "Steady",
+    "Study",
+    "SwarfError",
+    "find_fmu",
+    "open_study",
+    "study",
+    "variables",
+]

@@ -45,8 +45,8 @@ def find_fmu(fmu: str | os.PathLike[str] | None = None) -> Path:
     Parameters
     ----------
     fmu
-        A path; without one the environment variable ``SWARF_FMU``, then the FMU inside the package, then, in a
-        clone of the repository, ``target/swarf.fmu``.
+        A path; without one the environment variable ``SWARF_FMU``, then the FMU inside the package, then, in
+        a clone of the repository, ``target/swarf.fmu``.
 
     Returns
     -------
@@ -260,7 +260,9 @@ class Instance:
         wanted = [self.description.variable(name) for name in names]
         found: dict[str, Any] = {}
         for kind in ("Real", "Integer", "Boolean", "String"):
-            of_kind = [v for v in wanted if (v.kind == kind or (kind == "Integer" and v.kind == "Enumeration"))]
+            of_kind = [
+                v for v in wanted if (v.kind == kind or (kind == "Integer" and v.kind == "Enumeration"))
+            ]
             if of_kind:
                 values = self._call(_getter(self._slave, kind), [v.reference for v in of_kind])
                 found.update(zip((v.name for v in of_kind), values))
@@ -307,7 +309,9 @@ def _variable(raw: Any) -> Variable:
         elif raw.type == "Enumeration":
             start = next((name for name, number in items.items() if number == int(start)), int(start))
     unit = raw.unit or (raw.declaredType.unit if raw.declaredType is not None else None) or ""
-    return Variable(raw.name, raw.type, unit, raw.causality, raw.valueReference, start, raw.description or "", items)
+    return Variable(
+        raw.name, raw.type, unit, raw.causality, raw.valueReference, start, raw.description or "", items
+    )
 
 
 def _setter(slave: FMU2Slave, kind: str) -> Any:

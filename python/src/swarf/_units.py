@@ -51,7 +51,9 @@ def to_unit(value: Any, unit: str, name: str) -> float:
         The number.
     """
     if isinstance(value, bool):
-        raise SwarfError(f"{name} = {value} is no quantity; a number or a string such as '1 {unit}' is needed")
+        raise SwarfError(
+            f"{name} = {value} is no quantity; a number or a string such as '1 {unit}' is needed"
+        )
     if isinstance(value, str):
         found = _NUMBER.match(value)
         if not found:

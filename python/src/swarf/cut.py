@@ -55,8 +55,8 @@ class Estimate:
     cpu_seconds
         Processor time of the longest run that was asked for (s).
     bands
-        How far the discretisation may be off, by output, as a share; of the chip's temperature as a share of its
-        heating. The force's is the FMU's own, the others are of the preset's price list.
+        How far the discretisation may be off, by output, as a share; of the chip's temperature as a share of
+        its heating. The force's is the FMU's own, the others are of the preset's price list.
     warnings
         What the FMU warns of.
     points
@@ -73,16 +73,18 @@ class Estimate:
 
     def __str__(self) -> str:
         bands = ", ".join(f"{name} ±{100 * band:.0f} %" for name, band in self.bands.items())
-        lines = [f"{self.cpu_seconds:.2g} s of CPU time for at most {self.travel:g} feeds of travel, "
-                 f"{self.points} points; bands: {bands}"]
+        lines = [
+            f"{self.cpu_seconds:.2g} s of CPU time for {self.travel:g} feeds of travel, "
+            f"{self.points} points; bands: {bands}"
+        ]
         return "\n".join(lines + [f"warning: {text}" for text in self.warnings])
 
 
 class Cut:
     """An orthogonal cut.
 
-    Lengths follow from the feed: the distance of material points, the workpiece's height and length, and how far
-    the tool goes. Every quantity is a number in SI units, a string with a unit, or a pint quantity.
+    Lengths follow from the feed: the distance of material points, the workpiece's height and length, and how
+    far the tool goes. Every quantity is a number in SI units, a string with a unit, or a pint quantity.
 
     Parameters
     ----------
@@ -157,7 +159,7 @@ class Cut:
         if points_per_feed is not None and not 2.0 <= float(points_per_feed) <= 1000.0:
             raise SwarfError(f"points_per_feed = {points_per_feed} is outside 2 to 1000")
 
-    @property
+    @cached_property
     def description(self) -> Description:
         """Of the FMU that this cut runs on."""
         return describe(self._asked["fmu"])
@@ -180,6 +182,24 @@ class Cut:
                 self.description.variable(name)
                 asked["settings"][name] = value
         return Cut(**asked)
+
+    def resolved_values(self) -> dict[str, Any]:
+        """What decides on the numbers of a run, as the FMU takes it; without what follows from the travel."""
+        return {**self._values, "points_per_feed": self.points_per_feed}
+
+    def resolved(self) -> dict[str, Any]:
+        """Keywords of a cut that is the same, in plain numbers and without files: for another process."""
+        further = {name: value for name, value in self._values.items() if name != "material.name"}
+        named = {"speed": further.pop("tool_velocity"), "feed": further.pop("feed")}
+        points = None if "numerics.point_spacing" in further else self.points_per_feed
+        name = self._values["material.name"]
+        return {
+            "material": name,
+            **named,
+            "accuracy": self._accuracy,
+            "points_per_feed": points,
+            "settings": further,
+        }
 
     @property
     def points_per_feed(self) -> float:
@@ -261,7 +281,8 @@ class Cut:
     ) -> Result:
         """Runs the cut.
 
-        A run that fails or is interrupted (Ctrl-C) gives what there is until then, and says so in ``failure``.
+        A run that fails or is interrupted (Ctrl-C) gives what there is until then, and says so in
+        ``failure``.
 
         Parameters
         ----------
@@ -284,7 +305,9 @@ class Cut:
             History, steady values and frames.
         """
         fixed = travel is not None
-        feeds = in_feeds(travel, self.feed, "travel") if fixed else in_feeds(max_travel, self.feed, "max_travel")
+        feeds = (
+            in_feeds(travel, self.feed, "travel") if fixed else in_feeds(max_travel, self.feed, "max_travel")
+        )
         steps = max(1, round(feeds * STEPS_PER_FEED))
         values, stop = self.values(feeds), self._time(feeds)
         kept = None
@@ -297,8 +320,13 @@ class Cut:
             values = {**values, "results.directory": str(folder), "results.interval": interval}
         clock, failure, rows, warnings = _Clock(), None, [], []
         with Instance(self.description, values) as instance:
-            bar = tqdm(total=steps / STEPS_PER_FEED, unit="feed", disable=not progress, leave=False,
-                       bar_format="{l_bar}{bar}| {n:.1f}/{total:.0f} feeds [{elapsed}<{remaining}{postfix}]")
+            bar = tqdm(
+                total=steps / STEPS_PER_FEED,
+                unit="feed",
+                disable=not progress,
+                leave=False,
+                bar_format="{l_bar}{bar}| {n:.1f}/{total:.0f} feeds [{elapsed}<{remaining}{postfix}]",
+            )
             try:
                 instance.initialize(stop)
                 start = values["tool.initial_gap"] / self.speed  # until the edge meets the material
@@ -371,7 +399,7 @@ class _Preset:
 def _preset(description: Description, name: str, conducts: bool) -> _Preset | None:
     """A preset's line of the price list that the FMU carries."""
     table = _price_list(description)
-    for kind in (["preset with conduction", "preset"] if conducts else ["preset"]):
+    for kind in ["preset with conduction", "preset"] if conducts else ["preset"]:
         for row in table:
             if row["kind"] == kind and row["name"] == name:
                 feed = description.variable("feed").start
@@ -396,7 +424,9 @@ def _material(material: str, description: Description) -> dict[str, Any]:
         return materials.read_file(path, description, name or None)
     known = [*materials.library(description), "custom"]
     if material not in known:
-        raise SwarfError(f"material = {material!r} is none of {', '.join(known)}, and no path of a .toml file")
+        raise SwarfError(
+            f"material = {material!r} is none of {', '.join(known)}, and no path of a .toml file"
+        )
     return {"material.name": material}
 
 

@@ -15,7 +15,15 @@ import numpy as np
 
 from swarf._errors import SwarfError, needs
 
-_TYPES = {"Float32": "f4", "Float64": "f8", "Int32": "i4", "Int64": "i8", "UInt8": "u1", "UInt32": "u4", "UInt64": "u8"}
+_TYPES = {
+    "Float32": "f4",
+    "Float64": "f8",
+    "Int32": "i4",
+    "Int64": "i8",
+    "UInt8": "u1",
+    "UInt32": "u4",
+    "UInt64": "u8",
+}
 # Fields that are made from an array, and units of all; the stress is xx, yy, zz, xy, yz, xz.
 UNITS = {
     "von_mises": "Pa",

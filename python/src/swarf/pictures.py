@@ -71,7 +71,9 @@ def plot(frame: Frame, field: str, axes: Any = None, colours: str = "viridis") -
     return axes
 
 
-def animate(frames: list[Frame], path: str | Path, field: str, colours: str = "viridis", rate: float = 8.0) -> Path:
+def animate(
+    frames: list[Frame], path: str | Path, field: str, colours: str = "viridis", rate: float = 8.0
+) -> Path:
     """Writes an animation of a field.
 
     Parameters
@@ -122,8 +124,17 @@ def _draw(axes: Any, frame: Frame, field: str, colours: str, span=None, box=None
     inches = axes.get_position().width * axes.figure.get_figwidth()
     spacing = np.sqrt(np.median(_areas(frame)))
     size = (72.0 * inches * spacing * 1e3 / (right - left)) ** 2
-    drawn = axes.scatter(points[:, 0], points[:, 1], c=values, s=1.3 * size, cmap=colours, vmin=low, vmax=high,
-                         linewidths=0, marker="s")
+    drawn = axes.scatter(
+        points[:, 0],
+        points[:, 1],
+        c=values,
+        s=1.3 * size,
+        cmap=colours,
+        vmin=low,
+        vmax=high,
+        linewidths=0,
+        marker="s",
+    )
     if len(frame.tool):
         axes.fill(1e3 * frame.tool[:, 0], 1e3 * frame.tool[:, 1], facecolor="0.8", edgecolor="0.3", zorder=0)
     axes.set(aspect="equal", xlim=(left, right), ylim=(lower, upper))

@@ -77,8 +77,12 @@ class Result:
         import swarf
 
         description = self.cut.description
-        return {"fmu": description.version, "guid": description.guid, "digest": description.digest,
-                "package": swarf.__version__}
+        return {
+            "fmu": description.version,
+            "guid": description.guid,
+            "digest": description.digest,
+            "package": swarf.__version__,
+        }
 
     @cached_property
     def bands(self) -> dict[str, float]:
@@ -140,7 +144,9 @@ class Result:
         """
         paths = sorted(self.folder.glob(f"{place}_*.csv"))
         if not paths:
-            raise SwarfError(f"the run wrote no profile '{place}'; there are rake and surface, once there is a chip")
+            raise SwarfError(
+                f"the run wrote no profile '{place}'; there are rake and surface, once there is a chip"
+            )
         return pd.read_csv(paths[index], comment="#")
 
     @property
@@ -160,8 +166,8 @@ class Result:
         Parameters
         ----------
         field
-            A scalar field of the frame (``von_mises``, ``temperature``, ``plastic_strain`` ...) or a column of
-            the history.
+            A scalar field of the frame (``von_mises``, ``temperature``, ``plastic_strain`` ...) or a column
+            of the history.
         index
             Which frame.
         **options
@@ -191,8 +197,8 @@ class Result:
         """One flat row: what was asked, what came out, and at what price; as studies keep it.
 
         Parameters and inputs by the FMU's names; each Real output's steady mean by its name, and its scatter
-        and band with `` scatter`` and `` band`` behind the name; sums since the start and counts by their last
-        value.
+        and band with `` scatter`` and `` band`` behind the name; sums since the start and counts by their
+        last value.
         """
         row: dict[str, Any] = dict(self.parameters)
         for name, figure in self.steady.items():

@@ -113,13 +113,16 @@ class Steady(Mapping[str, Figure]):
     def table(self) -> pd.DataFrame:
         """A row for each output: mean, scatter, standard error, band, unit, blocks."""
         rows = {
-            name: (f.mean, f.scatter, f.standard_error, f.band, f.unit, f.blocks) for name, f in self._figures.items()
+            name: (f.mean, f.scatter, f.standard_error, f.band, f.unit, f.blocks)
+            for name, f in self._figures.items()
         }
         columns = ["mean", "scatter", "standard error", "band", "unit", "blocks"]
         return pd.DataFrame.from_dict(rows, orient="index", columns=columns)
 
     def __repr__(self) -> str:
-        lines = [str(self._figures[name]) for name in ("cutting_force", "thrust_force") if name in self._figures]
+        lines = [
+            str(self._figures[name]) for name in ("cutting_force", "thrust_force") if name in self._figures
+        ]
         state = "steady" if self.reached else "not yet steady"
         return f"<{state} from {self.start:g} feeds of travel: force {'; thrust '.join(lines)}>"
 
@@ -140,7 +143,9 @@ def run_in(blocks: np.ndarray) -> int:
     count = len(blocks)
     if count <= FEWEST_BLOCKS:
         return 0
-    errors = [float(np.var(blocks[d:])) / (count - d) for d in range(min(count // 2, count - FEWEST_BLOCKS) + 1)]
+    errors = [
+        float(np.var(blocks[d:])) / (count - d) for d in range(min(count // 2, count - FEWEST_BLOCKS) + 1)
+    ]
     return next(d for d, error in enumerate(errors) if error <= 2.0 * min(errors))
 
 
