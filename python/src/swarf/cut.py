@@ -183,6 +183,16 @@ class Cut:
                 asked["settings"][name] = value
         return Cut(**asked)
 
+    def variable_of(self, name: str) -> str:
+        """The FMU's name of a keyword that sets one variable; such a name itself is given back."""
+        found = _VARIABLES.get(name, name)
+        self.description.variable(found)
+        return found
+
+    def value_of(self, name: str) -> Any:
+        """What a keyword or a variable is set to, or its start, in the FMU's unit."""
+        return self._get(self.variable_of(name))
+
     def resolved_values(self) -> dict[str, Any]:
         """What decides on the numbers of a run, as the FMU takes it; without what follows from the travel."""
         return {**self._values, "points_per_feed": self.points_per_feed}
