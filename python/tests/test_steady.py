@@ -14,16 +14,18 @@ def test_a_step_is_cut_off():
     assert run_in(blocks) == 4
 
 
-def test_a_constant_needs_no_run_in():
-    assert run_in(np.ones(6)) == 0 and run_in(np.ones(2)) == 0 and run_in(np.array([])) == 0
+def test_the_entry_always_counts_as_run_in():
+    """Whatever the blocks say, the tool enters in the first one; a single block is all there is."""
+    counts = {n: run_in(np.ones(n)) for n in range(7)}
+    assert counts == {0: 0, 1: 0, 2: 1, 3: 1, 4: 1, 5: 1, 6: 1}
 
 
 def test_steadiness_is_a_standard_error():
-    """Alternating blocks 1 ± 0.1: s = 0.1 √(n/(n−1)), so s/√n is 0.0577 for n = 4 and 0.0302 for n = 12."""
-    blocks = 1 + 0.1 * (-1.0) ** np.arange(12)
-    assert not is_steady(blocks[:4], 0.057) and is_steady(blocks[:4], 0.058)
+    """Alternating blocks 1 ± 0.1 behind the entry: s = 0.1 √(n/(n−1)), so s/√n = 0.0577 for n = 4."""
+    blocks = 1 + 0.1 * (-1.0) ** np.arange(13)
+    assert not is_steady(blocks[:5], 0.057) and is_steady(blocks[:5], 0.058)
     assert not is_steady(blocks, 0.030) and is_steady(blocks, 0.031)
-    assert not is_steady(np.ones(3), 0.5)
+    assert not is_steady(np.ones(4), 0.5)
 
 
 def test_block_means_use_whole_blocks():

@@ -79,6 +79,8 @@ class Variable:
         Start value, or None.
     items
         Numbers of an enumeration's items by name.
+    display
+        Unit by which people know it, with the factor and offset from SI.
     """
 
     name: str
@@ -89,6 +91,7 @@ class Variable:
     start: Any
     description: str
     items: Mapping[str, int]
+    display: tuple[str, float, float] = ("", 1.0, 0.0)
 
     def read(self, value: Any) -> float | int | bool | str:
         """A value as the FMU takes it: units converted, choices by their number."""
@@ -126,7 +129,8 @@ class Description:
         self.guid: str = self._description.guid
         self.version: str = self._description.generationTool or "swarf"
         self.identifier: str = self._description.coSimulation.modelIdentifier
-        self.variables = {v.name: _variable(v) for v in self._description.modelVariables}
+        units = {u.name: u.displayUnits for u in self._description.unitDefinitions or []}
+        self.variables = {v.name: _variable(v, units) for v in self._description.modelVariables}
         self.outputs = [v.name for v in self.variables.values() if v.causality == "output"]
         self.parameters = [v.name for v in self.variables.values() if v.causality in ("input", "parameter")]
 
@@ -294,7 +298,7 @@ class Instance:
             raise Refused("; ".join(texts) or str(error)) from error
 
 
-def _variable(raw: Any) -> Variable:
+def _variable(raw: Any, units: Mapping[str, Any]) -> Variable:
     items = {}
     if raw.type == "Enumeration" and raw.declaredType is not None:
         items = {item.name: int(item.value) for item in raw.declaredType.items}
@@ -309,9 +313,12 @@ def _variable(raw: Any) -> Variable:
         elif raw.type == "Enumeration":
             start = next((name for name, number in items.items() if number == int(start)), int(start))
     unit = raw.unit or (raw.declaredType.unit if raw.declaredType is not None else None) or ""
-    return Variable(
-        raw.name, raw.type, unit, raw.causality, raw.valueReference, start, raw.description or "", items
-    )
+    display = (unit, 1.0, 0.0)
+    for known in units.get(unit, []):
+        if known.name == raw.displayUnit:
+            display = (known.name, float(known.factor), float(known.offset))
+    text = raw.description or ""
+    return Variable(raw.name, raw.type, unit, raw.causality, raw.valueReference, start, text, items, display)
 
 
 def _setter(slave: FMU2Slave, kind: str) -> Any:

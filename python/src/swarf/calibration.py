@@ -1,17 +1,17 @@
 """Calibration: what friction, edge radius or constants make simulated forces those that were measured.
 
 A simulated force has a scatter of its own, so the simulation is not handed to the optimizer. A design of
-points in the box of the free quantities is run for each measured cut, and each output is fitted by a
-quadratic there. Least squares on these surfaces give a first answer. Then the cuts are run at the answer,
-each surface is shifted to what they gave, and the answer is sought again, until it stands still: at the end
-it rests on the simulation itself, and the surfaces only tell the slopes.
+points in the box of the free quantities is run for each measured cut, each output is fitted by a quadratic
+there, and least squares on these surfaces give a first answer. The same is done once more in a box around it,
+of a share of the first one's sides: there a quadratic is nearer to the truth, and its fit averages the
+scatter.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,9 +24,8 @@ from swarf.designs import Varied, _shares, read_varied
 from swarf.forces import Value
 from swarf.studies import Study
 
-_ROUNDS = 8  # corrections of the surfaces at most
+_SMALLER = 0.4  # sides of the second box over those of the first
 _UNTOLD = 0.02  # standard error of a measured force that tells none, as a share of the mean
-_STILL = 0.005  # share of the box below which a move ends them
 
 
 @dataclass(frozen=True)
@@ -66,28 +65,30 @@ class Calibration:
 
 @dataclass
 class _Problem:
-    """Measured values, their scales, and surfaces over the unit box."""
+    """Measured values, their scales, and surfaces over a part of the unit box."""
 
     free: list[Varied]
     outputs: list[str]
     measured: np.ndarray  # cuts by outputs
     scale: np.ndarray
+    low: np.ndarray  # ends of that part
+    high: np.ndarray
     coefficients: np.ndarray  # terms by cuts by outputs
-    shift: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    noise: np.ndarray  # of the simulation around its surfaces
 
     def simulated(self, x: np.ndarray) -> np.ndarray:
-        return np.tensordot(_terms(x[None])[0], self.coefficients, 1) + self.shift
+        inside = (x - self.low) / (self.high - self.low)
+        return np.tensordot(_terms(inside[None])[0], self.coefficients, 1)
 
-    def solve(self, rows: np.ndarray) -> Any:
+    def solve(self, rows: np.ndarray) -> np.ndarray:
         optimize = needs("scipy.optimize", "fit")
 
         def residuals(x: np.ndarray) -> np.ndarray:
             return ((self.simulated(x) - self.measured) / self.scale)[rows].ravel()
 
-        count = len(self.free)
-        starts = [np.full(count, 0.5), np.full(count, 0.2), np.full(count, 0.8)]
-        found = [optimize.least_squares(residuals, start, bounds=(0.0, 1.0)) for start in starts]
-        return min(found, key=lambda one: one.cost)
+        starts = [self.low + share * (self.high - self.low) for share in (0.5, 0.2, 0.8)]
+        found = [optimize.least_squares(residuals, x, bounds=(self.low, self.high)) for x in starts]
+        return min(found, key=lambda one: one.cost).x
 
 
 def calibrate(
@@ -117,7 +118,7 @@ def calibrate(
     free
         Ranges ``(low, high)`` or ``(low, high, unit)`` by keyword or variable.
     n
-        Points of the design in that box; three for each coefficient of a quadratic without.
+        Points of each of the two designs; three for each coefficient of a quadratic without.
     travel
         Of each simulated cut; see `Cut.run`.
     folder
@@ -132,7 +133,7 @@ def calibrate(
     Returns
     -------
     Calibration
-        Intervals count the residuals and the simulation's own scatter.
+        Intervals are those of the standard errors told, or of the residuals where those are larger.
     """
     box = [read_varied(name, told) for name, told in free.items()]
     if not box or any(one.levels is not None for one in box):
@@ -156,40 +157,27 @@ def calibrate(
     how = {"travel": travel, "tolerance": 0.03, "frames": 0}
     runs = _Runs(asked, outputs, box, how, Path(folder), scheduler, workers, progress)
 
-    values = runs.at(points)  # points by cuts by outputs
-    design = _terms(points)
-    flat = values.reshape(len(points), -1)
-    coefficients, *_ = np.linalg.lstsq(design, flat, rcond=None)
-    misfit = (flat - design @ coefficients).reshape(values.shape)
-    free_degrees = len(points) - terms
-    noise = np.sqrt((misfit**2).sum(axis=0) / free_degrees)  # cuts by outputs
-    # What scatters more counts less.
-    scale = np.hypot(scale, noise)
-    problem = _Problem(
-        box, outputs, target, scale, coefficients.reshape(terms, *target.shape), np.zeros_like(target)
-    )
-    every = np.ones(len(target), bool)
-    x = problem.solve(every).x
-    best: tuple[float, np.ndarray, np.ndarray] | None = None
-    for _ in range(_ROUNDS):
-        simulated = runs.at(x[None])[0]
-        problem.shift = problem.shift + simulated - problem.simulated(x)
-        cost = float((((simulated - target) / scale) ** 2).sum())
-        if best is None or cost < best[0]:
-            best = (cost, x, problem.shift)
-        before, x = x, problem.solve(every).x
-        if np.max(np.abs(x - before)) < _STILL:
-            break
-    assert best is not None
-    _, x, problem.shift = best
-    return _conclude(cut, problem, x, noise, measured[keywords], confidence, runs.count)
+    low, high = np.zeros(len(box)), np.ones(len(box))
+    for _ in range(2):
+        values = runs.at(low + points * (high - low))  # points by cuts by outputs
+        flat, design = values.reshape(len(points), -1), _terms(points)
+        coefficients, *_ = np.linalg.lstsq(design, flat, rcond=None)
+        misfit = ((flat - design @ coefficients) ** 2).sum(axis=0) / (len(points) - terms)
+        noise = np.sqrt(misfit).reshape(target.shape)
+        # The surface's own error at a point of the design, on average.
+        weights = np.hypot(scale, noise * np.sqrt(terms / len(points)))
+        shape = (terms, *target.shape)
+        problem = _Problem(box, outputs, target, weights, low, high, coefficients.reshape(shape), noise)
+        x = problem.solve(np.ones(len(target), bool))
+        middle = np.clip(x, _SMALLER / 2, 1.0 - _SMALLER / 2)
+        low, high = middle - _SMALLER / 2, middle + _SMALLER / 2
+    return _conclude(cut, problem, x, measured[keywords], confidence, runs.count)
 
 
 def _conclude(
     cut: Cut,
     problem: _Problem,
     x: np.ndarray,
-    noise: np.ndarray,
     told: pd.DataFrame,
     confidence: float,
     count: int,
@@ -221,7 +209,7 @@ def _conclude(
         left = np.arange(len(target)) != index
         guess = None
         if left.sum() * target.shape[1] > len(x):
-            guess = problem.simulated(problem.solve(left).x)
+            guess = problem.simulated(problem.solve(left))
         for column, name in enumerate(problem.outputs):
             mean = target[index, column]
             rows.append(
@@ -236,7 +224,7 @@ def _conclude(
             )
     names = [one.name for one in problem.free]
     correlation = pd.DataFrame(covariance / np.outer(errors, errors), index=names, columns=names)
-    share = dict(zip(problem.outputs, (noise.mean(axis=0) / np.abs(target).mean(axis=0)).tolist()))
+    share = dict(zip(problem.outputs, (problem.noise.mean(axis=0) / np.abs(target).mean(axis=0)).tolist()))
     return Calibration(values, pd.DataFrame(rows), correlation, share, cut.replace(**changes), count)
 
 
@@ -256,8 +244,7 @@ class _Runs:
     ) -> None:
         self._asked, self._outputs, self._box = asked, outputs, box
         self._how, self._folder = how, folder
-        self._options = {"workers": workers, "progress": progress}
-        self._scheduler = scheduler
+        self._scheduler, self._workers, self._progress = scheduler, workers, progress
         self.count = 0
 
     def at(self, points: np.ndarray) -> np.ndarray:
@@ -268,9 +255,7 @@ class _Runs:
             changes["numerics.threads"] = 1
             cuts += [cut.replace(**changes) for cut in self._asked]
         made = Study(self._folder, cuts, self._how, told={"cut": "calibration"})
-        # A few cuts are not worth a cluster of their own.
-        scheduler = "serial" if self._scheduler is None and len(cuts) <= 8 else self._scheduler
-        made.run(scheduler, **self._options)
+        made.run(self._scheduler, self._workers, progress=self._progress)
         self.count += len(cuts)
         rows = made.frame.set_index("key").loc[made.keys]
         if (rows["failure"] != "").any():

@@ -35,8 +35,8 @@ def shown_values(frame: Frame, field: str) -> np.ndarray:
 
 def limits(frames: list[Frame]) -> tuple[float, float, float, float]:
     """Left, right, lower and upper limit (mm) of the points of all frames."""
-    points = np.concatenate([frame.points[:, :2] for frame in frames]) * 1e3
-    (left, lower), (right, upper) = points.min(axis=0), points.max(axis=0)
+    points = np.concatenate([frame.points[:, :2] for frame in frames]).astype(float) * 1e3
+    (left, lower), (right, upper) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
     margin = 0.03 * max(right - left, upper - lower)
     return left - margin, right + margin, lower - margin, upper + margin
 

@@ -4,7 +4,8 @@ The history is cut into blocks of one feed of travel each. How many of the first
 chosen by the marginal standard error rule: among the d up to n/2 the one that makes s²(d)/(n − d) smallest,
 where s is the standard deviation of the remaining block means (White 1997, "An effective truncation heuristic
 for bias reduction in simulation output", Simulation 69:323–334). With so few blocks chance makes some late d
-the best; so the first d is taken that is no worse than twice the best. The cut counts as steady when the
+the best; so the first d is taken that is no worse than twice the best. The first block, in which the tool
+enters, always counts as run-in. The cut counts as steady when the
 standard error falls below a share of the mean.
 """
 
@@ -138,15 +139,15 @@ def run_in(blocks: np.ndarray) -> int:
     Returns
     -------
     int
-        At most half of the blocks, and such that `FEWEST_BLOCKS` are left where there are as many.
+        At least 1 where there are two blocks, at most half of them, and such that `FEWEST_BLOCKS` are left
+        where there are more than that.
     """
     count = len(blocks)
     if count <= FEWEST_BLOCKS:
-        return 0
-    errors = [
-        float(np.var(blocks[d:])) / (count - d) for d in range(min(count // 2, count - FEWEST_BLOCKS) + 1)
-    ]
-    return next(d for d, error in enumerate(errors) if error <= 2.0 * min(errors))
+        return min(1, count - 1) if count else 0
+    last = max(min(count // 2, count - FEWEST_BLOCKS), 1)
+    errors = [float(np.var(blocks[d:])) / (count - d) for d in range(1, last + 1)]
+    return 1 + next(d for d, error in enumerate(errors) if error <= 2.0 * min(errors))
 
 
 def is_steady(blocks: np.ndarray, tolerance: float) -> bool:

@@ -224,13 +224,13 @@ class Study:
         """Writes a page of this study; see `swarf.report.study_report`."""
         from swarf.report import study_report
 
-        return study_report(self, path)
+        return study_report(self, Path(path))
 
     def surrogate(self, path: str | os.PathLike[str], **options: Any) -> Any:
         """Writes a small FMU with a law fitted to this study; see `swarf.surrogate.make`."""
         from swarf.surrogate import make
 
-        return make(self, path, **options)
+        return make(self, Path(path), **options)
 
     def __len__(self) -> int:
         return len(set(self.keys)) if self.keys else len(self.frame)
