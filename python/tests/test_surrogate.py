@@ -1,4 +1,4 @@
-"""The surrogate: the fitted law to the last digits, honest about its range, mindful of the surface it left."""
+"""The surrogate: the fitted law to the last digits, honest about its range, with the old surface in mind."""
 
 import shutil
 import zipfile
