@@ -75,10 +75,10 @@ def test_errors_that_are_told_decide_the_weights(made_up, cut, tmp_path):
     wrong["thrust_force"] *= 4 / 3
     wrong["thrust_force error"], wrong["cutting_force error"] = 1e4, 0.1
     found = calibrate(cut, wrong, FREE, folder=tmp_path)
-    assert found.values["friction"].value == pytest.approx(0.3, rel=1e-2)
+    assert found.values["edge_radius"].value == pytest.approx(3e-5, rel=0.03)
     wrong["thrust_force error"] = 0.1
     misled = calibrate(cut, wrong, FREE, folder=tmp_path)
-    assert abs(misled.values["friction"].value - 0.3) > 0.03
+    assert abs(misled.values["edge_radius"].value - 3e-5) > 3e-6
 
 
 @pytest.mark.parametrize(
