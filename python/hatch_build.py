@@ -7,17 +7,14 @@ The FMU is the file that the environment variable SWARF_FMU names, or `target/sw
 from __future__ import annotations
 
 import os
+import re
 import zipfile
 from pathlib import Path
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-# Folder of `binaries` in the FMU, and the tag of a wheel for that platform alone.
-PLATFORMS = {
-    "linux64": "manylinux2014_x86_64",
-    "win64": "win_amd64",
-    "darwin64": "macosx_11_0_x86_64",
-}
+# Folder of `binaries` in the FMU, and the tag of a wheel for that platform; Linux's follows from the library.
+PLATFORMS = {"linux64": "", "win64": "win_amd64", "darwin64": "macosx_11_0_x86_64"}
 
 
 class CustomBuildHook(BuildHookInterface):
@@ -30,11 +27,7 @@ class CustomBuildHook(BuildHookInterface):
         fmu = find_fmu(Path(self.root))
         build_data["force_include"][str(fmu)] = "swarf/swarf.fmu"
         build_data["pure_python"] = False
-        # SWARF_WHEEL_PLATFORM names one of the platforms, or another tag for a library that needs a newer
-        # system.
-        asked = os.environ.get("SWARF_WHEEL_PLATFORM")
-        tags = [asked] if asked else sorted(platform_tags(fmu))
-        build_data["tag"] = "py3-none-" + ".".join(tags)
+        build_data["tag"] = "py3-none-" + ".".join(sorted(platform_tags(fmu)))
 
 
 def find_fmu(root: Path) -> Path:
@@ -51,9 +44,23 @@ def find_fmu(root: Path) -> Path:
 
 def platform_tags(fmu: Path) -> set[str]:
     """Tags of the platforms that the FMU has a library for."""
+    tags = set()
     with zipfile.ZipFile(fmu) as archive:
-        folders = {name.split("/")[1] for name in archive.namelist() if name.startswith("binaries/")}
-    tags = {PLATFORMS[folder] for folder in folders if folder in PLATFORMS}
+        for name in archive.namelist():
+            folder = name.split("/")[1] if name.startswith("binaries/") and name.count("/") == 2 else ""
+            if folder == "linux64":
+                tags.add(linux_tag(archive.read(name)))
+            elif folder in PLATFORMS:
+                tags.add(PLATFORMS[folder])
     if not tags:
         raise ValueError(f"'{fmu}' has no library for any of {', '.join(PLATFORMS)}")
     return tags
+
+
+def linux_tag(library: bytes) -> str:
+    """Tag by the newest version of glibc that a library names; 2.17 has a name of its own."""
+    versions = [(int(a), int(b)) for a, b in re.findall(rb"GLIBC_(\d+)\.(\d+)", library)]
+    major, minor = max(versions, default=(2, 17))
+    if (major, minor) <= (2, 17):
+        return "manylinux2014_x86_64"
+    return f"manylinux_{major}_{minor}_x86_64"

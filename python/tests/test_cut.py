@@ -1,8 +1,10 @@
 """A cut reaches the FMU as asked, is priced before it is run, and gives what it has when it ends early."""
 
 import math
+import shutil
 import tomllib
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -189,6 +191,24 @@ def test_a_material_file_gives_the_library_s_result(cut, tmp_path):
     library = cut.run(travel=1, progress=False, frames=0).history
     assert np.array_equal(library["cutting_force"], forces[0]["cutting_force"])
     assert forces[1]["cutting_force"].iloc[-1] > forces[0]["cutting_force"].iloc[-1]
+
+
+def test_further_materials_of_the_fmu_are_known_by_name(fmu, tmp_path):
+    """The repository's own file, in a copy of the FMU: its constants are set, in the ranges of the FMU."""
+    further = Path(__file__).resolve().parents[2] / "resources" / "materials_further.toml"
+    if not further.is_file():
+        pytest.skip("not in a clone of the repository")
+    copy = tmp_path / "swarf.fmu"
+    shutil.copy(fmu, copy)
+    with zipfile.ZipFile(copy, "a") as archive:
+        if "resources/materials_further.toml" not in archive.namelist():
+            archive.write(further, "resources/materials_further.toml")
+    for record in tomllib.loads(further.read_text())["material"]:
+        made = swarf.Cut(record["name"], speed=3, feed=1e-4, fmu=copy, **CHEAP)
+        assert made.value_of("material.name") == "custom"
+        assert made.value_of("material.yield_stress") == record["flow"]["yield_stress"]
+        found = made.run(travel=1, progress=False, frames=0)
+        assert found.failure is None and found.history["cutting_force"].iloc[-1] > 0, record["name"]
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,9 @@ def main(words: list[str] | None = None) -> int:
     except SwarfError as error:
         print(f"swarf: {error}", file=sys.stderr)
         return 1
+    except BrokenPipeError:  # as of `| head`
+        sys.stderr.close()
+        return 0
     except KeyboardInterrupt:
         print("swarf: interrupted; the same command goes on", file=sys.stderr)
         return 130

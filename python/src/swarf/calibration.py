@@ -25,6 +25,8 @@ from swarf.forces import Value
 from swarf.studies import Study
 
 _SMALLER = 0.4  # sides of the second box over those of the first
+_ROUNDS = 6  # of shifts at most
+_STILL = 0.002  # move in the box below which they end
 _UNTOLD = 0.02  # standard error of a measured force that tells none, as a share of the mean
 
 
@@ -75,10 +77,11 @@ class _Problem:
     high: np.ndarray
     coefficients: np.ndarray  # terms by cuts by outputs
     noise: np.ndarray  # of the simulation around its surfaces
+    shift: np.ndarray  # of the surfaces, cuts by outputs
 
     def simulated(self, x: np.ndarray) -> np.ndarray:
         inside = (x - self.low) / (self.high - self.low)
-        return np.tensordot(_terms(inside[None])[0], self.coefficients, 1)
+        return np.tensordot(_terms(inside[None])[0], self.coefficients, 1) + self.shift
 
     def solve(self, rows: np.ndarray) -> np.ndarray:
         optimize = needs("scipy.optimize", "fit")
@@ -157,6 +160,7 @@ def calibrate(
     how = {"travel": travel, "tolerance": 0.03, "frames": 0}
     runs = _Runs(asked, outputs, box, how, Path(folder), scheduler, workers, progress)
 
+    every = np.ones(len(target), bool)
     low, high = np.zeros(len(box)), np.ones(len(box))
     for _ in range(2):
         values = runs.at(low + points * (high - low))  # points by cuts by outputs
@@ -167,11 +171,32 @@ def calibrate(
         # The surface's own error at a point of the design, on average.
         weights = np.hypot(scale, noise * np.sqrt(terms / len(points)))
         shape = (terms, *target.shape)
-        problem = _Problem(box, outputs, target, weights, low, high, coefficients.reshape(shape), noise)
-        x = problem.solve(np.ones(len(target), bool))
+        still = np.zeros_like(target)
+        problem = _Problem(
+            box, outputs, target, weights, low, high, coefficients.reshape(shape), noise, still
+        )
+        x = problem.solve(every)
         middle = np.clip(x, _SMALLER / 2, 1.0 - _SMALLER / 2)
         low, high = middle - _SMALLER / 2, middle + _SMALLER / 2
+    x = _settle(problem, x, runs)
     return _conclude(cut, problem, x, measured[keywords], confidence, runs.count)
+
+
+def _settle(problem: _Problem, x: np.ndarray, runs: _Runs) -> np.ndarray:
+    """Shifts the surfaces to the simulation at the answer until it stands still; gives the best answer."""
+    best: tuple[float, np.ndarray, np.ndarray] | None = None
+    for _ in range(_ROUNDS):
+        simulated = runs.at(x[None])[0]
+        problem.shift = problem.shift + simulated - problem.simulated(x)
+        cost = float((((simulated - problem.measured) / problem.scale) ** 2).sum())
+        if best is None or cost < best[0]:
+            best = (cost, x, problem.shift)
+        before, x = x, problem.solve(np.ones(len(simulated), bool))
+        if np.max(np.abs(x - before)) < _STILL:
+            break
+    assert best is not None
+    _, x, problem.shift = best
+    return x
 
 
 def _conclude(
@@ -255,7 +280,9 @@ class _Runs:
             changes["numerics.threads"] = 1
             cuts += [cut.replace(**changes) for cut in self._asked]
         made = Study(self._folder, cuts, self._how, told={"cut": "calibration"})
-        made.run(self._scheduler, self._workers, progress=self._progress)
+        # A few cuts are not worth a cluster of their own.
+        few = self._scheduler is None and len(made.missing()) <= 8
+        made.run("serial" if few else self._scheduler, self._workers, progress=self._progress)
         self.count += len(cuts)
         rows = made.frame.set_index("key").loc[made.keys]
         if (rows["failure"] != "").any():

@@ -89,8 +89,8 @@ class Cut:
     Parameters
     ----------
     material
-        A name of the FMU's library, ``custom`` (constants by ``settings``), or the path of a TOML file in the
-        format of the library, ``file.toml`` or ``file.toml#NAME``.
+        A name of the materials that the FMU carries, ``custom`` (constants by ``settings``), or the path of a
+        TOML file in the format of the library, ``file.toml`` or ``file.toml#NAME``.
     speed
         Cutting speed.
     feed
@@ -437,7 +437,7 @@ def _material(material: str, description: Description) -> dict[str, Any]:
         raise SwarfError(
             f"material = {material!r} is none of {', '.join(known)}, and no path of a .toml file"
         )
-    return {"material.name": material}
+    return {"material.name": material} if material == "custom" else materials.find(material, description)
 
 
 def _present(description: Description, names: list[str]) -> list[str]:

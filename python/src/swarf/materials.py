@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 import zipfile
 from pathlib import Path
@@ -35,11 +36,26 @@ _NEEDED = {
 }
 
 
-def library(description: Description) -> list[str]:
-    """Names of the materials that the FMU knows."""
+def library(description: Description) -> dict[str, bool]:
+    """Materials that the FMU carries by name: whether it knows the name, or only holds the constants."""
+    return {name: own for name, (own, _) in _records(description).items()}
+
+
+def find(name: str, description: Description) -> dict[str, Any]:
+    """Settings of the FMU for a material that it carries."""
+    own, record = _records(description)[name]
+    return {"material.name": name} if own else _settings(record, description.path, description)
+
+
+def _records(description: Description) -> dict[str, tuple[bool, dict[str, Any]]]:
+    found: dict[str, tuple[bool, dict[str, Any]]] = {}
     with zipfile.ZipFile(description.path) as archive:
-        text = archive.read("resources/materials.toml").decode()
-    return [record["name"] for record in tomllib.loads(text)["material"]]
+        # The file of the names that the FMU knows comes first.
+        paths = sorted(n for n in archive.namelist() if re.fullmatch(r"resources/materials\w*\.toml", n))
+        for path in sorted(paths, key=len):
+            for record in tomllib.loads(archive.read(path).decode())["material"]:
+                found.setdefault(record["name"], (path == "resources/materials.toml", record))
+    return found
 
 
 def read_file(path: str | Path, description: Description, name: str | None = None) -> dict[str, Any]:

@@ -152,6 +152,8 @@ class Study:
         progress
             Tell the price and show a bar.
         """
+        if scheduler != "serial":
+            needs("distributed", "study")
         missing = self.missing(again)
         self._write_description()
         if missing:
