@@ -96,6 +96,19 @@ def test_an_opened_study_has_its_rows(serial):
         swarf.open_study(serial.folder / "rows")
 
 
+def test_a_map_has_a_dot_for_each_cut(serial):
+    """In the units that people use."""
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    axes = serial.map("chip_temperature")
+    assert axes.get_xlabel() == "feed (mm)" and len(axes.lines[0].get_xdata()) == 8
+    assert max(axes.lines[0].get_xdata()) == pytest.approx(0.15)
+    with pytest.raises(SwarfError, match="no column"):
+        serial.map("force")
+    with pytest.raises(SwarfError, match="two values"):
+        serial.map(y="friction")
+
+
 def test_a_failure_is_a_row_with_its_reason(cut, tmp_path):
     """One of two cuts asks for a time step that is refused; the other goes on, and only it is good."""
     found = swarf.study(

@@ -40,6 +40,32 @@ def run_task(task: Mapping[str, Any], fmu: str | None = None) -> dict[str, Any]:
     return row
 
 
+def run_on_worker(task: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """Runs one cut on a Dask worker, and leaves its row with the scheduler before it ends.
+
+    A row that only its worker holds dies with the worker, and Dask would run the cut again; so the row is
+    looked for first.
+
+    Parameters
+    ----------
+    task
+        As for `run_task`.
+    name
+        Of the cut on the cluster.
+    """
+    from distributed import get_client
+
+    client = get_client()
+    kept = client.get_metadata(["swarf", name], default=None)
+    if kept is not None:
+        return kept
+    row = {
+        column: value.item() if hasattr(value, "item") else value for column, value in run_task(task).items()
+    }
+    client.set_metadata(["swarf", name], row)
+    return row
+
+
 def shipped_path(digest: str) -> Path:
     """Where a worker keeps the FMU that was shipped to it."""
     from distributed import get_worker

@@ -115,6 +115,49 @@ def animate(
     return Path(path)
 
 
+def draw_map(study: Any, output: str, x: str, y: str, axes: Any = None, colours: str = "viridis") -> Any:
+    """Draws an output of a study over two varied quantities, as contours between its cuts.
+
+    Parameters
+    ----------
+    study
+        With four cuts or more that did not fail.
+    output
+        A Real output.
+    x, y
+        Two varied variables of the FMU.
+    axes
+        Matplotlib axes; new ones without.
+    colours
+        Name of a colour map.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        With the contours and a dot for each cut.
+    """
+    pyplot = needs("matplotlib.pyplot", "plot")
+    rows, description = study.good, study.description
+    for name in (output, x, y):
+        if name not in rows:
+            raise SwarfError(f"the study has no column '{name}'")
+    if len(rows) < 4 or rows[x].nunique() < 2 or rows[y].nunique() < 2:
+        raise SwarfError(f"a map needs four cuts over two values of {x} and {y} each; there are {len(rows)}")
+    if axes is None:
+        axes = pyplot.figure(figsize=(7, 5), layout="constrained").add_subplot()
+
+    def values(name: str) -> tuple[np.ndarray, str]:
+        unit, factor, offset = description.variable(name).display
+        return rows[name].to_numpy(float) * factor + offset, f"{name.replace('_', ' ')} ({unit})"
+
+    (across, label_x), (up, label_y), (colour, label) = values(x), values(y), values(output)
+    drawn = axes.tricontourf(across, up, colour, levels=12, cmap=colours)
+    axes.plot(across, up, "o", color="white", markeredgecolor="0.3", markersize=4)
+    axes.figure.colorbar(drawn, ax=axes, label=label)
+    axes.set(xlabel=label_x, ylabel=label_y)
+    return axes
+
+
 def _draw(axes: Any, frame: Frame, field: str, colours: str, span=None, box=None) -> Any:
     values = shown_values(frame, field)
     low, high = span or np.percentile(values, [0.5, 99.5])

@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from swarf._errors import SwarfError, needs
-from swarf._fmu import Description, Variable, describe
+from swarf._fmu import Description, Variable
 from swarf.pictures import limits, shown, shown_values
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def study_report(study: Study, path: str | Path) -> Path:
     rows = study.frame
     if not len(rows):
         raise SwarfError("the study has no rows yet: run it first")
-    description = study.cuts[0].description if study.cuts else describe()
+    description = study.description
     good, varied = study.good, [name for name in study.varied if name in rows]
     failed = rows[rows["failure"] != ""]
     cost = float(rows["cpu_seconds"].sum()) if "cpu_seconds" in rows else float("nan")

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 import os
 import signal
 import sys
@@ -26,7 +27,8 @@ from tqdm.auto import tqdm
 
 from swarf import designs
 from swarf._errors import SwarfError, needs
-from swarf._tasks import make_plugin, run_task
+from swarf._fmu import Description, describe
+from swarf._tasks import make_plugin, run_on_worker, run_task
 from swarf._units import in_feeds
 from swarf.cut import DEFAULT_TRAVEL, Cut
 
@@ -193,6 +195,7 @@ class Study:
                         threads_per_worker=1,
                         processes=True,
                         dashboard_address=":0",
+                        silence_logs=logging.ERROR,
                     )
                 )
                 shared = False
@@ -221,6 +224,19 @@ class Study:
         part = path.with_suffix(".part")
         part.write_text(json.dumps(told, indent=1, default=str) + "\n", encoding="utf-8")
         os.replace(part, path)
+
+    @property
+    def description(self) -> Description:
+        """Of the FMU of its cuts; for a study that was only opened, of the package's own."""
+        return self.cuts[0].description if self.cuts else describe()
+
+    def map(
+        self, output: str = "cutting_force", x: str = "feed", y: str = "tool_velocity", **options: Any
+    ) -> Any:
+        """Draws an output over two varied quantities; see `swarf.pictures.draw_map`."""
+        from swarf.pictures import draw_map
+
+        return draw_map(self, output, x, y, **options)
 
     def report(self, path: str | os.PathLike[str]) -> Path:
         """Writes a page of this study; see `swarf.report.study_report`."""
@@ -391,7 +407,8 @@ class _Queue:
         if name in self._published:
             future = self._client.get_dataset(name)
         else:
-            future = self._client.submit(run_task, self._study._task(number), key=name, pure=False)
+            task = self._study._task(number)
+            future = self._client.submit(run_on_worker, task, name, key=name, pure=False)
             if self._shared:
                 self._client.publish_dataset(future, name=name, override=True)
                 self._published.add(name)
@@ -400,6 +417,7 @@ class _Queue:
 
     def _forget(self, number: int, future: Any) -> None:
         name = self._name(number)
+        self._client.set_metadata(["swarf", name], None)
         if name in self._published:
             self._client.unpublish_dataset(name)
             self._published.discard(name)

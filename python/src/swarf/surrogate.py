@@ -27,7 +27,7 @@ import numpy as np
 import pandas as pd
 
 from swarf._errors import SwarfError, needs
-from swarf._fmu import Description, describe
+from swarf._fmu import Description
 
 INPUTS = ("tool_velocity", "feed", "friction")
 # Outputs of the law, where the study has them; forces scale with the width.
@@ -124,7 +124,7 @@ def make(study: Any, path: str | Path, *, seed: int = 0) -> Surrogate:
         With the errors of held-back cuts, which stand in the FMU's documentation too.
     """
     path = Path(path)
-    description = study.cuts[0].description if study.cuts else describe()
+    description = study.description
     rows = study.good
     names = [name for name in study.varied if name in rows and rows[name].nunique() > 1]
     wrong = [name for name in names if description.variable(name).kind != "Real"]
