@@ -50,7 +50,7 @@ def test_a_law_without_scatter_is_found(made_up, cut, tmp_path):
     found = calibrate(cut, measured(), FREE, folder=tmp_path)
     assert found.values["friction"].value == pytest.approx(0.3, rel=2e-3)
     assert found.values["edge_radius"].value == pytest.approx(3e-5, rel=2e-3)
-    assert found.values["edge_radius"].unit == "m" and found.cuts_run == 2 * 18 * 4
+    assert found.values["edge_radius"].unit == "m" and found.cuts_run == 2 * 18 * 4 + 4
     assert found.table["error"].abs().max() < 1e-3 and found.table["left out"].abs().max() < 1e-3
     assert found.cut.value_of("friction") == pytest.approx(found.values["friction"].value)
     assert "friction = 0.3" in str(found) or "friction = 0.2" in str(found)
@@ -95,16 +95,18 @@ def test_real_cuts_are_run_and_kept(cut, tmp_path):
     rows = CUTS.iloc[:1].assign(cutting_force=180.0, thrust_force=90.0)
     keywords = {"n": 4, "travel": 1, "folder": tmp_path, "scheduler": "serial", "progress": False}
     one = calibrate(cut, rows, {"friction": (0.1, 0.6)}, **keywords)
+    kept = swarf.open_study(tmp_path).frame
     other = calibrate(cut, rows, {"friction": (0.1, 0.6)}, **keywords)
-    assert one.values == other.values and len(swarf.open_study(tmp_path).frame) == 8
+    assert one.values == other.values and len(kept) >= 9
+    assert swarf.open_study(tmp_path).frame["key"].tolist() == kept["key"].tolist()
 
 
 @pytest.mark.slow
 def test_friction_and_radius_of_simulated_cuts_are_found(tmp_path):
-    """Known friction and radius come back within 5 % from the forces of three feeds.
+    """Known friction and radius come back within 5 % from the forces of six feeds.
 
-    A single short cut's force scatters by a percent with where its tool starts, so "measured" is the mean
-    over six starts, shifted by parts of a cell.
+    A draft's force scatters by a percent with friction and radius, which moves the friction found by a
+    twentieth for a single cut; six of them leave less than half of that.
     """
     cut = swarf.Cut(
         "AISI 1045",
@@ -114,28 +116,10 @@ def test_friction_and_radius_of_simulated_cuts_are_found(tmp_path):
         heat="conduction",
         settings=CHEAP["settings"],
     )
-    rows = []
-    for feed, speed in CUTS.iloc[:3].itertuples(index=False):
-        gaps = [feed * (0.01 + 0.045 * number) for number in range(6)]
-        real = cut.replace(feed=feed, speed=speed, **TRUTH)
-        found = swarf.study(
-            real,
-            **{"tool.initial_gap": gaps},
-            travel="8 feeds",
-            folder=tmp_path / "measured",
-            workers=2,
-            progress=False,
-        )
-        rows.append({"feed": feed, "speed": speed, **found.good[["cutting_force", "thrust_force"]].mean()})
-    found = calibrate(
-        cut,
-        pd.DataFrame(rows),
-        FREE,
-        n=14,
-        travel="8 feeds",
-        folder=tmp_path / "calibration",
-        workers=2,
-        progress=False,
-    )
+    feeds = [0.8e-4, 1e-4, 1.2e-4, 1.45e-4, 1.7e-4, 2e-4]
+    keywords = {"travel": "12 feeds", "workers": 2, "progress": False}
+    real = swarf.study(cut.replace(**TRUTH), feed=feeds, folder=tmp_path / "measured", **keywords).good
+    rows = real[["feed", "cutting_force", "thrust_force"]]
+    found = calibrate(cut, rows, FREE, n=14, folder=tmp_path / "calibration", **keywords)
     for name, truth in TRUTH.items():
         assert found.values[name].value == pytest.approx(truth, rel=0.05), str(found)

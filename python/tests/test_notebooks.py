@@ -16,6 +16,14 @@ SHORT = {
         r"settings=": "points_per_feed=5, settings=",
         r"swarf\.study\(cut,": "swarf.study(cut, scheduler='serial',",
     },
+    "machine_tool": {
+        r"CUTS = 16": "CUTS = 10",
+        r'"5 feeds"': '"3 feeds"',
+        r"    settings=": "    points_per_feed=5,\n    settings=",
+        r"cut, feed=": "cut, scheduler='serial', feed=",
+        r"\Z": "\n# %%\nassert last.iloc[0] < 0.2 * waves.abs().max().iloc[0]  # dies away\n"
+        "assert last.iloc[1] > 2 * last.iloc[0]\n",
+    },
     "titanium": {r'15, "8 feeds"': '6, "3 feeds"', r'"exact"': '"fast"'},
     "calibration": {
         r'"6 feeds", 12': '"1 feeds", 8',

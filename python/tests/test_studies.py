@@ -96,6 +96,20 @@ def test_an_opened_study_has_its_rows(serial):
         swarf.open_study(serial.folder / "rows")
 
 
+def test_a_travel_told_otherwise_is_the_same_travel(serial, cut):
+    """As a number of feeds, or as a length where there is one feed."""
+    keywords = {"feed": ["0.1 mm"], "speed": (100, 300, "m/min"), "n": 4, "design": "grid", "run": False}
+    for travel in ("3 feeds", 3, "0.3 mm"):
+        assert not swarf.study(cut, travel=travel, folder=serial.folder, **keywords).missing(), travel
+    assert len(swarf.study(cut, travel=4, folder=serial.folder, **keywords).missing()) == 4
+
+
+def test_varied_points_per_feed_are_seen(cut, tmp_path):
+    """They are no variable of the FMU; the distance of the points is."""
+    made = swarf.study(cut, points_per_feed=[4, 5], travel=1, folder=tmp_path, run=False)
+    assert made.varied == ["numerics.point_spacing"]
+
+
 def test_a_map_has_a_dot_for_each_cut(serial):
     """In the units that people use."""
     matplotlib = pytest.importorskip("matplotlib")

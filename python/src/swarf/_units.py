@@ -101,7 +101,8 @@ def in_feeds(value: Any, feed: float, name: str) -> float:
             value = to_unit(value, "m", name) / feed
     elif hasattr(value, "magnitude"):
         value = to_unit(value, "m", name) / feed
-    value = float(value)
+    # A length of three feeds is three feeds, whatever its division rounds to.
+    value = float(f"{float(value):.12g}")
     if not 0.0 < value < float("inf"):
         raise SwarfError(f"{name} = {value} feeds must be above 0")
     return value

@@ -4,7 +4,8 @@ A simulated force has a scatter of its own, so the simulation is not handed to t
 points in the box of the free quantities is run for each measured cut, each output is fitted by a quadratic
 there, and least squares on these surfaces give a first answer. The same is done once more in a box around it,
 of a share of the first one's sides: there a quadratic is nearer to the truth, and its fit averages the
-scatter.
+scatter. At last the cuts are run at the answer itself, a few times, and the surfaces are shifted by what they
+gave on the mean: the answer then rests on the simulation next to it, and the surfaces tell the slopes.
 """
 
 from __future__ import annotations
@@ -183,19 +184,17 @@ def calibrate(
 
 
 def _settle(problem: _Problem, x: np.ndarray, runs: _Runs) -> np.ndarray:
-    """Shifts the surfaces to the simulation at the answer until it stands still; gives the best answer."""
-    best: tuple[float, np.ndarray, np.ndarray] | None = None
+    """Shifts the surfaces by what the simulation gives at each answer, on the mean; gives the last answer.
+
+    Each round is one more sample of the simulation's scatter near the answer, so their mean is taken.
+    """
+    shifts: list[np.ndarray] = []
     for _ in range(_ROUNDS):
-        simulated = runs.at(x[None])[0]
-        problem.shift = problem.shift + simulated - problem.simulated(x)
-        cost = float((((simulated - problem.measured) / problem.scale) ** 2).sum())
-        if best is None or cost < best[0]:
-            best = (cost, x, problem.shift)
-        before, x = x, problem.solve(np.ones(len(simulated), bool))
+        shifts.append(runs.at(x[None])[0] - problem.simulated(x) + problem.shift)
+        problem.shift = np.mean(shifts, axis=0)
+        before, x = x, problem.solve(np.ones(len(shifts[0]), bool))
         if np.max(np.abs(x - before)) < _STILL:
             break
-    assert best is not None
-    _, x, problem.shift = best
     return x
 
 

@@ -94,7 +94,11 @@ class Study:
         if self.cuts:
             every = [cut._values for cut in self.cuts]
             names = dict.fromkeys(name for values in every for name in values)
-            return [n for n in names if any(values.get(n) != every[0].get(n) for values in every)]
+            found = [n for n in names if any(values.get(n) != every[0].get(n) for values in every)]
+            # Points per feed have no variable of their own.
+            if "numerics.point_spacing" not in found and len({cut.points_per_feed for cut in self.cuts}) > 1:
+                found.append("numerics.point_spacing")
+            return found
         return list(self.told.get("varied", []))
 
     def missing(self, again: bool = False) -> list[int]:
@@ -451,7 +455,17 @@ def _interruptible() -> Iterator[None]:
 
 def _key(cut: Cut, run: Mapping[str, Any], also: Mapping[str, Any]) -> str:
     values = {name: value for name, value in cut.resolved_values().items() if name != "numerics.threads"}
-    told = {"values": values, "run": dict(run), "also": sorted(also), "fmu": cut.description.digest}
+    lengths = {
+        name: in_feeds(run[name], cut.feed, name)
+        for name in ("travel", "max_travel")
+        if run.get(name) is not None
+    }
+    told = {
+        "values": values,
+        "run": {**run, **lengths},
+        "also": sorted(also),
+        "fmu": cut.description.digest,
+    }
     return hashlib.sha256(json.dumps(told, sort_keys=True, default=str).encode()).hexdigest()[:32]
 
 
