@@ -1,12 +1,13 @@
 //! `cargo xtask wheel`: the Python package in `python/` as a wheel that carries the packaged FMU.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::{Outcome, package, process, root, setup};
 
 /// What `cargo xtask wheel` can be told.
 #[derive(clap::Args)]
+#[group(skip)] // both are called Arguments
 pub struct Arguments {
     #[command(flatten)]
     package: package::Arguments,
@@ -45,7 +46,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
 }
 
 /// Installs a wheel into an empty environment and runs the package's tests with it, outside of the sources.
-fn test(python: &PathBuf, wheel: &std::path::Path) -> Outcome {
+fn test(python: &PathBuf, wheel: &Path) -> Outcome {
     let environment = root().join("target/wheel-test");
     let run = |program: &PathBuf, words: &[&str]| {
         process::run(Command::new(program).args(words).current_dir(root().join("python/tests")))
@@ -59,7 +60,7 @@ fn test(python: &PathBuf, wheel: &std::path::Path) -> Outcome {
     run(&inside, &["-m", "pytest", "-p", "no:cacheprovider", "--durations=5", "."])
 }
 
-fn wheels(folder: &std::path::Path) -> Vec<PathBuf> {
+fn wheels(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
     entries.filter(|path| path.extension().is_some_and(|ending| ending == "whl")).collect()
 }
