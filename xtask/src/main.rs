@@ -20,6 +20,7 @@ mod tables;
 mod test;
 mod valgrind;
 mod verify;
+mod wheel;
 mod windows;
 mod wine;
 
@@ -57,6 +58,8 @@ enum Command {
     Test,
     /// Build target/swarf.fmu; for a release always with --portable --windows
     Package(package::Arguments),
+    /// Build the Python package as a wheel that carries the FMU, into python/dist
+    Wheel(wheel::Arguments),
     /// Measure: the machine's peak, speed of whole cuts, time by phase, also in target/bench/bench.json
     Bench(bench::Arguments),
     /// What each effect costs and changes on the reference cut, as a table in target/effects/effects.md
@@ -117,6 +120,7 @@ fn run(command: Command) -> Outcome {
         Command::Cut(arguments) => cut(&arguments, std::env::args_os().skip(2)),
         Command::Test => test::run(),
         Command::Package(arguments) => package::run(&arguments),
+        Command::Wheel(arguments) => wheel::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Effects(arguments) => effects::run(&arguments),
         Command::Fuzz(arguments) => fuzz::run(&arguments),
@@ -197,6 +201,8 @@ mod tests {
             "hard-cases --record",
             "test",
             "package --portable --windows --with one.fmu --with other.fmu",
+            "wheel --portable --windows --test",
+            "wheel --packaged",
             "wine --tests",
             "fuzz --minutes 0.5 --address-sanitizer",
             "bench",
@@ -239,6 +245,7 @@ mod tests {
             ("bench --resume", "--all-rows"),
             ("bench substep", "--kernels"),
             ("package --with", "a value is required"),
+            ("wheel --packaged --portable", "cannot be used with"),
             ("accuracy --threads 0", "--threads"),
             ("fuzz --minutes soon", "--minutes"),
             ("describe --chekc", "'--check'"),
