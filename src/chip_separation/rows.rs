@@ -225,3 +225,75 @@ impl Rows {
         column.iter().map(of_point).sum()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dimension::PlaneStrain;
+    use crate::grid::Layout;
+    use crate::material::effects::Adiabatic;
+    use crate::material::hardening::PowerLaw;
+    use crate::material::j2_plasticity::J2Plasticity;
+    use crate::material::multiplicative::{Multiplicative, WithRateAndHeat};
+    use crate::material::rate::RateDependent;
+    use crate::points::BLOCK;
+    use crate::scene::Scene;
+
+    type Law = WithRateAndHeat<f64, PowerLaw<f64>>;
+    type Model = J2Plasticity<f64, Law>;
+
+    /// A column of eight rows, 1 high and wide, whose velocity grows evenly, cut at `path`: volumes, momentum
+    /// and the velocity's profile stay, the chip's lowest row is whole and ends at the path, and what the rows
+    /// lose of the energy is not negative.
+    #[test]
+    fn rows_laid_anew_end_at_the_path_and_keep_what_they_hold() {
+        let constants = Scene::default().material.constants;
+        let law: Law =
+            Multiplicative::new(&constants, RateDependent::of(&constants), Adiabatic::of(&constants, 300.0));
+        let model: Model = J2Plasticity::new(&constants, law);
+        for path in [10.05, 10.3, 10.7, 10.95] {
+            let mut block = Block::<f64, PlaneStrain, _>::empty();
+            for lane in 0..8 {
+                block.set_grid_position(lane, [10.0, (7.5 + lane as f64) / 2.0]);
+                block.volume[lane] = 1.0;
+                block.velocity[0][lane] = 3.0 - 0.1 * (7.5 + lane as f64);
+                model.place(&mut block.state, lane, 300.0);
+            }
+            let mut partition = Partition::new(Layout::new([40, 30, 1], 2.0, [0.0; 3]), vec![], vec![block]);
+            partition.follow_edge([24.0, path]);
+            let mut rows = Rows::new(1.0, 19.0);
+            for lane in 0..BLOCK {
+                let block = &partition.chunks[0].blocks[0];
+                if block.is_point(lane) {
+                    let [x, y] = partition.layout.place(block, lane);
+                    let at = [0, 0, lane];
+                    rows.takes(&Row { at, place: [x, y, 0.0], height: 1.0, path, side: Side::Uncut });
+                }
+            }
+            let lost = rows.part::<f64, PlaneStrain, Model>(&mut partition, &model);
+            assert!(lost >= 0.0, "rows gained {lost} J");
+            let mut points: Vec<(f64, f64, f64, Side)> = partition
+                .points()
+                .map(|(block, lane)| {
+                    let y = partition.layout.place(block, lane)[1];
+                    (y, block.volume[lane], block.velocity[0][lane], block.side[lane])
+                })
+                .collect();
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let sum = |of: &dyn Fn(&(f64, f64, f64, Side)) -> f64| points.iter().map(of).sum::<f64>();
+            // A few roundings of sums of eight.
+            assert!((sum(&|p| p.1) - 8.0).abs() < 1e-13, "path {path}: {points:?}");
+            let momentum: f64 = (0..8).map(|k| 3.0 - 0.1 * (7.5 + f64::from(k))).sum();
+            assert!((sum(&|p| p.1 * p.2) - momentum).abs() < 1e-13, "path {path}: {points:?}");
+            let lowest = points.iter().find(|p| p.3 == Side::Chip).expect("a chip");
+            assert!(
+                (lowest.1 - 1.0).abs() < 1e-13 && (lowest.0 - 0.5 - path).abs() < 1e-13,
+                "{lowest:?}, path {path}"
+            );
+            // Averages of an even profile are its values; the uppermost row laid anew, of several, bends it.
+            assert!((lowest.2 - (3.0 - 0.1 * lowest.0)).abs() < 1e-13, "{lowest:?}");
+            let work = points.iter().rfind(|p| p.3 == Side::Work).expect("work");
+            assert!((work.0 + 0.5 * work.1 - path).abs() < 1e-13, "the work ends at {work:?}, path {path}");
+        }
+    }
+}

@@ -73,3 +73,59 @@ impl SecondField {
         (0..shared).map(move |column| (column, column + shift))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dimension::{Dimension, PlaneStrain, ThreeDimensional};
+    use crate::grid::{Layout, MARGIN, PencilRanges};
+
+    /// Nodes around points of either field exist until the next sort; those of the chip are the work's before
+    /// the edge and its own from there on.
+    fn check<D: Dimension>(counts: [i32; 3], points: &[(D::Vector<i32>, bool)]) {
+        let mut layout = Layout::new(counts, 1.0, [0.0; 3]);
+        layout.second = SecondField { shift: counts[0], edge: 12 };
+        layout.counts[0] *= 2;
+        let node = |(at, is_chip): &(D::Vector<i32>, bool)| {
+            D::vector(|axis| if axis == 0 { layout.second.moved_to(at[0], *is_chip) } else { at[axis] })
+        };
+        let nodes: Vec<D::Vector<i32>> = points.iter().map(node).collect();
+        let mut arranged = layout.clone();
+        arranged.arrange::<D>(nodes.iter().copied(), &mut PencilRanges::default());
+        let place = |node: D::Vector<i32>| {
+            arranged.offset[arranged.pencil::<D>(node) as usize] + Layout::along::<D>(node)
+        };
+        for node in &nodes {
+            assert!(arranged.contains::<D>(*node), "{node:?} is too near the rim for this test");
+            for shift in 0..5_i32.pow(D::AXES as u32) {
+                let around = D::vector(|axis| node[axis] + shift / 5_i32.pow(axis as u32) % 5 - MARGIN);
+                let own =
+                    D::vector(
+                        |axis| if axis == 0 { layout.second.own_column(around[0]) } else { around[axis] },
+                    );
+                let pencil = arranged.pencil::<D>(own) as usize;
+                let range = arranged.start[pencil] as i32..arranged.start[pencil + 1] as i32;
+                assert!(range.contains(&place(around)), "node {around:?} is not one of pencil {own:?}");
+                let is_own = layout.second.holds(around[0]) && layout.second.column(around[0]) >= 12;
+                assert_eq!(layout.second.holds(own[0]), is_own, "{around:?} stands for {own:?}");
+            }
+        }
+        assert_eq!(
+            arranged.position::<D>(arranged.pencil::<D>(nodes[0]) as usize, 0)[0],
+            f64::from(points[0].0[0])
+        );
+    }
+
+    /// See `check`.
+    #[test]
+    fn the_chip_has_its_own_nodes_from_the_edge_on() {
+        check::<PlaneStrain>(
+            [30, 40, 1],
+            &[([13, 20], true), ([11, 8], true), ([10, 9], false), ([14, 6], false), ([20, 30], true)],
+        );
+        check::<ThreeDimensional>(
+            [24, 18, 16],
+            &[([12, 9, 8], true), ([9, 9, 8], true), ([13, 5, 4], false)],
+        );
+    }
+}

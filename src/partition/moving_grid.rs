@@ -8,7 +8,7 @@
 use crate::dimension::Dimension;
 use crate::grid::{FixedNodes, SecondField};
 use crate::partition::Partition;
-use crate::points::{BLOCK, Block, PointState};
+use crate::points::{BLOCK, PointState};
 use crate::simd::Real;
 
 impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
@@ -83,9 +83,63 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         }
         self.place_walls();
     }
+}
 
-    /// A copy of a point of the grid, counted from its home.
-    pub fn keep_at_home(&self, block: &mut Block<R, D, S>, lane: usize) {
-        self.layout.count_from((&self.layout.origin, &self.layout.home), block, lane);
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dimension::PlaneStrain;
+    use crate::grid::Layout;
+    use crate::points::Block;
+
+    /// Points and walls keep their places in space when the grid begins to follow an edge and when nodes are
+    /// counted anew, and the edge stands on its node each time.
+    #[test]
+    fn only_the_grid_moves() {
+        let mut block = Block::<f64, PlaneStrain, ()>::empty();
+        for lane in 0..4 {
+            block.set_grid_position(lane, [10.0 + 0.5 * lane as f64, 8.25]);
+            block.volume[lane] = 1.0;
+        }
+        let cell = 2.0;
+        let wall = FixedNodes { low: [3, 3, 0], high: [20, 5, 0], axes: [true; 3] };
+        let mut partition =
+            Partition::new(Layout::new([40, 30, 1], cell, [-8.0, -6.0, 0.0]), vec![wall], vec![block]);
+        let places = |partition: &Partition<f64, PlaneStrain, ()>| -> Vec<[f64; 2]> {
+            partition.points().map(|(block, lane)| partition.layout.place(block, lane)).collect()
+        };
+        let top = |partition: &Partition<f64, PlaneStrain, ()>| {
+            partition.layout.origin[1] + cell * f64::from(partition.fixed[0].high[1])
+        };
+        let on_node = |partition: &Partition<f64, PlaneStrain, ()>| {
+            let layout = &partition.layout;
+            [0, 1].map(|axis| layout.origin[axis] + cell * f64::from([layout.second.edge, layout.row][axis]))
+        };
+        let (start, wall_top) = (places(&partition), top(&partition));
+        let edge = [21.3, 9.7];
+        partition.follow_edge(edge);
+        let close = |a: &[[f64; 2]], b: &[[f64; 2]]| {
+            // A few roundings of coordinates around 30.
+            a.iter().flatten().zip(b.iter().flatten()).all(|(a, b)| (a - b).abs() < 1e-13)
+        };
+        assert!(close(&places(&partition), &start), "{:?}", places(&partition));
+        assert!(close(&[on_node(&partition)], &[edge]));
+        // The wall's face is a plane in space: the last node at or below it is fixed.
+        assert!((wall_top - top(&partition)) >= -1e-6 * cell && wall_top - top(&partition) < cell);
+        // Points stand still while the grid moves: they move against it.
+        let moved = [edge[0] - 3.1, edge[1] + 0.4];
+        for block in partition.chunks.iter_mut().flat_map(|chunk| &mut chunk.blocks) {
+            for lane in 0..4 {
+                let cells = block.grid_position(lane);
+                block.set_grid_position(lane, [cells[0] + 3.1 / cell, cells[1] - 0.4 / cell]);
+            }
+        }
+        partition.move_grid(moved);
+        assert!(close(&places(&partition), &start), "{:?}", places(&partition));
+        partition.recount_nodes();
+        assert!(close(&places(&partition), &start), "{:?}", places(&partition));
+        assert!(close(&[on_node(&partition)], &[moved]));
+        let layout = &partition.layout;
+        assert!((0..2).all(|axis| (layout.origin[axis] - layout.home[axis]).abs() <= 0.5 * cell + 1e-12));
     }
 }

@@ -66,3 +66,36 @@ impl Tiles {
         self.start[strip] + (along * COLUMNS + cell[0] % COLUMNS) as u32
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dimension::{PlaneStrain, ThreeDimensional};
+    use crate::grid::PencilRanges;
+    use std::collections::BTreeSet;
+
+    /// Every cell around points has a place of its own.
+    fn check<D: Dimension>(counts: [i32; 3], nodes: &[D::Vector<i32>]) {
+        let mut layout = Layout::new(counts, 1.0, [0.0; 3]);
+        layout.arrange::<D>(nodes.iter().copied(), &mut PencilRanges::default());
+        let mut tiles = Tiles::default();
+        tiles.arrange::<D>(&layout);
+        let mut cells = BTreeSet::new();
+        for node in nodes {
+            for corner in 0..2_i32.pow(D::AXES as u32) {
+                cells.insert(D::vector(|axis| node[axis] - (corner >> axis & 1)).as_ref().to_vec());
+            }
+        }
+        let place = |cell: &Vec<i32>| tiles.place::<D>(&layout, D::vector(|axis| cell[axis]));
+        let places: BTreeSet<u32> = cells.iter().map(place).collect();
+        assert_eq!(places.len(), cells.len(), "two cells share a place");
+        assert!(places.last().is_some_and(|&last| (last as usize) < tiles.places()));
+    }
+
+    /// See `check`; a chip beside the workpiece makes ragged strips.
+    #[test]
+    fn cells_have_places_of_their_own() {
+        check::<PlaneStrain>([30, 40, 1], &[[5, 5], [5, 6], [6, 30], [7, 4], [8, 12], [24, 36]]);
+        check::<ThreeDimensional>([20, 18, 16], &[[4, 4, 4], [5, 12, 9], [15, 3, 12], [15, 4, 3]]);
+    }
+}

@@ -300,3 +300,33 @@ fn the_foremost_point_is_that_of_the_outline() {
         }
     }
 }
+
+/// Above the place where a round edge parts the material the outline is that of the whole tool, and below it
+/// that of the flank; a point on the far side of the place sees the tangent there. A sharp edge goes on as the
+/// face itself.
+#[test]
+fn an_edge_that_parts_has_two_outlines() {
+    let shape = ToolShape::new(f64::to_radians(10.0), f64::to_radians(5.0), 4e-5, 5e-4, 1e-3).unwrap();
+    let (normal, place) = shape.on_edge(f64::to_radians(35.0));
+    assert!((place[1] - 4e-5 * (1.0 - f64::to_radians(35.0).cos())).abs() < 1e-18, "parts at {place:?}");
+    // Ahead of rake face and upper arc; below flank and lower arc.
+    for (point, above) in
+        [([-2e-5, 3e-4], true), ([-6e-5, 4e-5], true), ([-1e-5, -1e-5], false), ([2e-4, -1e-5], false)]
+    {
+        let (whole, part) = (shape.closest(point), shape.closest_beside(normal, above, point, 1e-5).unwrap());
+        assert!((whole.distance - part.distance).abs() < 1e-18, "{point:?}: {whole:?} and {part:?}");
+        assert_eq!(whole.face, part.face, "{point:?}");
+    }
+    // 5 µm beyond the place, 1 µm off the tangent.
+    let tangent = [-normal[1], normal[0]];
+    for (way, above) in [(5e-6, true), (-5e-6, false)] {
+        let point = [0, 1].map(|axis| place[axis] + 1e-6 * normal[axis] + way * tangent[axis]);
+        let beside = shape.closest_beside(normal, above, point, 1e-5).unwrap();
+        assert!((beside.distance - 1e-6).abs() < 1e-18, "{beside:?}");
+        assert_eq!(beside.normal, normal);
+        assert!(shape.closest_beside(normal, above, point, 1e-6).is_none(), "too far beyond the place");
+    }
+    let sharp = ToolShape::new(f64::to_radians(10.0), f64::to_radians(5.0), 0.0, 5e-4, 1e-3).unwrap();
+    let below = sharp.closest_beside([0.0, -1.0], true, [-1e-5, -5e-6], 1e-5).unwrap();
+    assert_eq!((below.face, below.normal), (Face::Rake, sharp.rake_normal()));
+}
