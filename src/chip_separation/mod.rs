@@ -33,16 +33,13 @@ const FORGET: f64 = 1.0;
 /// Steepest path that is looked for ahead of the edge (-): a tool that plunges has no path ahead.
 const STEEPEST: f64 = 0.5;
 
-/// How far a round edge's normal leans forward from straight down where the material parts (rad): 35 degrees,
-/// where the cutting force is least, as it is over all ways that ideally plastic material can flow
-/// (`parting_angle` in the verification). Less than 18 % of the radius of an uncut layer goes below the edge.
-const PARTING_ANGLE: f64 = 35.0 * std::f64::consts::PI / 180.0;
-
 /// How chip and work part.
 #[derive(Clone, Debug)]
 pub struct ChipSeparation {
     /// Spacing of points at the start (m).
     pub spacing: f64,
+    /// How far a round edge's normal leans forward from straight down where the material parts (rad).
+    pub parting_angle: f64,
     /// How deep the plane is that points' volumes are for (m); says nothing in space.
     pub depth: f64,
 }
@@ -65,13 +62,13 @@ impl Path {
 impl ChipSeparation {
     /// Where the tool parts the material (m).
     pub fn edge(&self, tool: &RigidTool) -> [f64; 2] {
-        let (_, place) = tool.shape.on_edge(PARTING_ANGLE);
+        let (_, place) = tool.shape.on_edge(self.parting_angle);
         [0, 1].map(|axis| tool.position[axis] + place[axis])
     }
 
     /// Out of the edge where it parts the material, of length one.
     pub fn normal(&self, tool: &RigidTool) -> [f64; 2] {
-        tool.shape.on_edge(PARTING_ANGLE).0
+        tool.shape.on_edge(self.parting_angle).0
     }
 
     /// Height of a point of this volume (m3) as part of a row (m).

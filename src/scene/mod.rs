@@ -188,6 +188,8 @@ pub struct Tool {
     pub clearance_angle: f64,
     /// Radius of the cutting edge (m); 0 for sharp.
     pub edge_radius: f64,
+    /// How far the normal of a round edge leans forward from straight down where the material parts (rad).
+    pub parting_angle: f64,
     /// Length along the cut (m).
     pub length: f64,
     /// Height (m).
@@ -433,6 +435,8 @@ impl Default for Scene {
                 rake_angle: 0.0,
                 clearance_angle: 0.0873,
                 edge_radius: 0.0,
+                // Where the cutting force is least.
+                parting_angle: 35.0 * std::f64::consts::PI / 180.0,
                 length: 5e-4,
                 height: 1e-3,
                 initial_gap: 1e-6,

@@ -303,10 +303,11 @@ fn simulation<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R
         depth: scene.workpiece.width,
         locking_control: scene.effects.volumetric_locking_control && !scene.numerics.separates(),
         mass_scaling: MassScaling::of(scene),
-        separation: scene
-            .numerics
-            .separates()
-            .then(|| ChipSeparation { spacing: scene.numerics.point_spacing, depth: scene.workpiece.width }),
+        separation: scene.numerics.separates().then(|| ChipSeparation {
+            spacing: scene.numerics.point_spacing,
+            parting_angle: scene.tool.parting_angle,
+            depth: scene.workpiece.width,
+        }),
         window: (scene.numerics.active_window > 0.0)
             .then_some(ActiveWindow { ahead: scene.numerics.active_window, height: scene.workpiece.height }),
         chip_tail: (scene.numerics.active_chip > 0.0)

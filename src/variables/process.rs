@@ -6,7 +6,7 @@
 use super::units::*;
 use super::{Access, Kind, Variable, choice_parameter, enumerations, parameter, real};
 use crate::scene::SceneKind;
-use std::f64::consts::{FRAC_PI_3, FRAC_PI_4};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_4};
 
 /// Parameters with references 1000 to 1099.
 pub(super) static PARAMETERS: &[Variable] = &[
@@ -78,6 +78,14 @@ pub(super) static PARAMETERS: &[Variable] = &[
         name: "tool.edge_radius",
         description: "radius of the cutting edge; 0 for a sharp one",
         kind: real(&METRE, "µm", [0.0, 1e-3], Some(1e-5), parameter!(tool.edge_radius)),
+    },
+    Variable {
+        reference: 1040,
+        name: "tool.parting_angle",
+        description: "how far the normal of a round edge leans forward from straight down where the material \
+            parts, in numerics.formulation = separated: of an uncut layer edge_radius times (1 - cos) goes \
+            below the edge",
+        kind: real(&RADIAN, "deg", [0.0, FRAC_PI_2], Some(0.6), parameter!(tool.parting_angle)),
     },
     Variable {
         reference: 1033,

@@ -50,7 +50,7 @@ pub fn sources() -> Outcome<String> {
 }
 
 /// Groups of constants in the library.
-const GROUPS: [&str; 5] = ["elastic", "flow", "thermal", "damage", "tanh"];
+const GROUPS: [&str; 6] = ["elastic", "flow", "thermal", "damage", "tanh", "zerilli_armstrong"];
 
 fn library() -> Outcome<Vec<toml::Table>> {
     let text = process::read(&root().join("resources/materials.toml"))?;
