@@ -22,8 +22,8 @@ WRAPPER = """<!doctype html><meta charset=utf-8><link rel=icon href="data:,">
 <script>
 const frame = document.querySelector("iframe");
 const wait = setInterval(() => {
-  const page = frame.contentDocument, root = page.documentElement;
-  if (root.dataset.figures === undefined) return;
+  const page = frame.contentDocument, root = page && page.documentElement;
+  if (!root || root.dataset.figures === undefined) return;
   clearInterval(wait);
   const canvas = page.querySelector("canvas"), inks = [];
   if (canvas) {

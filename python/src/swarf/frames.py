@@ -24,11 +24,14 @@ _TYPES = {
     "UInt32": "u4",
     "UInt64": "u8",
 }
-# Fields that are made from an array, and units of all; the stress is xx, yy, zz, xy, yz, xz.
+# Units of the fields; a stress is xx, yy, zz, xy, yz, xz.
 UNITS = {
     "von_mises": "Pa",
-    "mean_pressure": "Pa",
+    "pressure": "Pa",
     "speed": "m/s",
+    "strain_rate": "1/s",
+    "stress_cell": "Pa",
+    "damage": "1",
     "velocity": "m/s",
     "stress": "Pa",
     "plastic_strain": "1",
@@ -105,7 +108,7 @@ class Frame:
     def names(self) -> list[str]:
         """Fields that `field` gives."""
         own = [name for name, values in self._read[1].items() if len(values) == len(self.points)]
-        return ["von_mises", "mean_pressure", "speed", *(n for n in own if n in UNITS)]
+        return [*dict.fromkeys(["von_mises", "pressure", "speed", *(n for n in own if n in UNITS)])]
 
     def field(self, name: str) -> np.ndarray:
         """A field over the points, in SI units.
@@ -113,21 +116,21 @@ class Frame:
         Parameters
         ----------
         name
-            One of `names`: an array of the file, ``von_mises`` (equivalent stress), ``mean_pressure`` or
-            ``speed``.
+            One of `names`: an array of the file, or ``speed``. Equivalent stress ``von_mises`` and
+            ``pressure`` are those of a cell's mean stress where the file has them, else of each point's own.
         """
         arrays = self._read[1]
+        if name in arrays and len(arrays[name]) == len(self.points):
+            return arrays[name].astype(float)
         if name == "von_mises":
             xx, yy, zz, xy, yz, xz = arrays["stress"].astype(float).T
             direct = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
             return np.sqrt(0.5 * direct + 3.0 * (xy**2 + yz**2 + xz**2))
-        if name == "mean_pressure":
+        if name == "pressure":
             return -arrays["stress"][:, :3].astype(float).mean(axis=1)
         if name == "speed":
             return np.linalg.norm(arrays["velocity"].astype(float), axis=1)
-        if name not in arrays or len(arrays[name]) != len(self.points):
-            raise SwarfError(f"a frame has no field '{name}', but: {', '.join(self.names)}")
-        return arrays[name].astype(float)
+        raise SwarfError(f"a frame has no field '{name}', but: {', '.join(self.names)}")
 
     @cached_property
     def tool(self) -> np.ndarray:
