@@ -24,6 +24,9 @@ pub struct Arguments {
     /// Folder for everything written [default: target/cut]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Run a second cut at twice the spacing, some 12 % of the price, which gives each mean its own band
+    #[arg(long, conflicts_with = "estimate")]
+    pub band: bool,
     /// Only tell the CPU time that the run would take, and the error band of its force
     #[arg(long)]
     pub estimate: bool,

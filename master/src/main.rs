@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use swarf_master::options::{CommandLine, Options};
-use swarf_master::run::{Ending, estimate, run};
+use swarf_master::run::{Ending, estimate, run_with_twin};
 use swarf_master::{messages, report};
 
 fn main() -> ExitCode {
@@ -14,8 +14,8 @@ fn main() -> ExitCode {
         if options.estimate {
             return estimate(&options).map(|()| ExitCode::SUCCESS);
         }
-        let cut = run(&options)?;
-        report::write(&options, &cut)?;
+        let (cut, twin) = run_with_twin(&options)?;
+        report::write(&options, &cut, twin.as_ref())?;
         match cut.ending {
             Ending::Complete => Ok(ExitCode::SUCCESS),
             // What a shell gives a program that Ctrl-C ended.

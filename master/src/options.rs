@@ -31,6 +31,8 @@ pub struct Options {
     pub stop: Option<f64>,
     /// Communication step (s).
     pub step: Option<f64>,
+    /// Run a twin at twice the spacing, for bands of this scene's own.
+    pub band: bool,
     /// Only tell what the run would cost.
     pub estimate: bool,
 }
@@ -55,6 +57,7 @@ impl Options {
             set,
             stop: time("--stop", cut.stop)?,
             step: time("--step", cut.step)?,
+            band: cut.band,
             estimate: cut.estimate,
         })
     }
@@ -95,6 +98,7 @@ mod tests {
             set: set.map(|(name, value)| (name.into(), value.into())).into(),
             stop: options.stop,
             step: options.step,
+            band: false,
             estimate: true,
         };
         assert_eq!(options, expected);
@@ -121,6 +125,7 @@ mod tests {
             ("a.fmu --papre", "'--paper'"),
             ("a.fmu b.fmu", "unexpected argument 'b.fmu'"),
             ("a.fmu --paper --quick", "cannot be used with"),
+            ("a.fmu --band --estimate", "cannot be used with"),
             ("a.fmu --out", "a value is required"),
         ];
         for (line, expected) in cases {

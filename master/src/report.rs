@@ -27,10 +27,10 @@ const KELVIN: f64 = 273.15;
 ///
 /// # Errors
 /// When a file cannot be read or written.
-pub fn write(options: &Options, cut: &Cut) -> Result<(), String> {
+pub fn write(options: &Options, cut: &Cut, twin: Option<&Cut>) -> Result<(), String> {
     let out = options.out.as_path();
     let frames = frames_folder(cut, out).join("frames.pvd");
-    let table = summary(cut, Some(frames.as_path()).filter(|path| path.is_file()));
+    let table = summary(cut, twin, Some(frames.as_path()).filter(|path| path.is_file()));
     print!("{table}");
     let path = out.join("summary.txt");
     let text = format!("{}{table}", history_head(&cut.heads));
@@ -63,10 +63,21 @@ fn band_text(band: f64) -> String {
     }
 }
 
+/// Factor from the difference of two spacings, one twice the other, to the band at the finer one: that of two
+/// grids of unknown order (Roache 1994).
+const OF_TWO_GRIDS: f64 = 3.0;
+
+/// Band of a mean (in its own unit), by a twin at twice the spacing.
+fn twin_band(cut: &Cut, twin: &Cut, name: &str, span: [f64; 2]) -> Option<f64> {
+    let (fine, coarse) = (cut.history.mean(name, span)?, twin.history.mean(name, span)?);
+    Some(OF_TWO_GRIDS * (fine - coarse).abs())
+}
+
 /// The table.
 ///
+/// * `twin`: the same cut at twice the spacing, for bands
 /// * `frames`: the file that ParaView opens, if there is one
-fn summary(cut: &Cut, frames: Option<&Path>) -> String {
+fn summary(cut: &Cut, twin: Option<&Cut>, frames: Option<&Path>) -> String {
     let history = &cut.history;
     let width = 1e3 * value(cut, "workpiece.width");
     let largest = |name: &str| history.column(name).iter().fold(0.0, |most: f64, v| most.max(v.abs()));
@@ -81,12 +92,32 @@ fn summary(cut: &Cut, frames: Option<&Path>) -> String {
     let [from, to] = span.map(|travel| format!("{:.decimals$}", 1e3 * travel));
     let means = format!("mean over {from} to {to} mm of travel");
     let band = band_text(history.last("numerics.force_error_band"));
+    // What a twin tells of this scene counts more than the price list of the reference cut.
+    let unit = |name: &str, scale: f64, unit: &str, otherwise: &str| {
+        let band = twin.and_then(|twin| twin_band(cut, twin, name, span));
+        band.map_or_else(
+            || otherwise.to_string(),
+            |band| {
+                let share = 100.0 * band / history.mean(name, span).map_or(f64::NAN, f64::abs);
+                format!(
+                    "{unit}, within \u{b1}{:.3} ({share:.1} %) by a cut at twice the spacing",
+                    scale * band
+                )
+            },
+        )
+    };
+    let units = [
+        unit("cutting_force", 1.0 / width, "N/mm", &band),
+        unit("thrust_force", 1.0 / width, "N/mm", "N/mm"),
+        unit("chip_temperature", 1.0, "degC", "degC"),
+        unit("chip_thickness", 1e3, "mm", "mm"),
+    ];
     let rows = [
         (means.as_str(), String::new(), if span == STEADY { "" } else { "(short: not yet steady)" }),
-        ("  cutting force", mean("cutting_force", 1.0 / width, 0.0, 1), band.as_str()),
-        ("  thrust force", mean("thrust_force", 1.0 / width, 0.0, 1), "N/mm"),
-        ("  chip temperature", mean("chip_temperature", 1.0, -KELVIN, 0), "degC"),
-        ("  chip thickness", mean("chip_thickness", 1e3, 0.0, 3), "mm"),
+        ("  cutting force", mean("cutting_force", 1.0 / width, 0.0, 1), units[0].as_str()),
+        ("  thrust force", mean("thrust_force", 1.0 / width, 0.0, 1), units[1].as_str()),
+        ("  chip temperature", mean("chip_temperature", 1.0, -KELVIN, 0), units[2].as_str()),
+        ("  chip thickness", mean("chip_thickness", 1e3, 0.0, 3), units[3].as_str()),
         ("at the end", String::new(), ""),
         ("  travel", format!("{:.3}", 1e3 * history.last("travel")), "mm"),
         ("  chip temperature", celsius("chip_temperature"), "degC"),
@@ -352,7 +383,7 @@ mod tests {
     /// to open.
     #[test]
     fn the_summary_has_the_band_and_the_file_of_the_fields() {
-        let text = summary(&cut_to("band", 20, 0.054), Some(Path::new("out/fields/frames.pvd")));
+        let text = summary(&cut_to("band", 20, 0.054), None, Some(Path::new("out/fields/frames.pvd")));
         // The means of the steps that end at 1.1 to 1.6 mm.
         let force = " 13500.0 N/mm, within \u{b1}5.4 % by the price list";
         assert!(text.starts_with("mean over 1.0 to 1.6 mm of travel\n"), "{text}");
@@ -361,16 +392,38 @@ mod tests {
             "{text}"
         );
         assert!(text.lines().last().is_some_and(|line| line.ends_with("out/fields/frames.pvd")), "{text}");
-        let unknown = summary(&cut_to("unknown", 20, 1.0), None);
+        let unknown = summary(&cut_to("unknown", 20, 1.0), None, None);
         assert!(unknown.contains("13500.0 N/mm, of unknown error"), "{unknown}");
         assert!(!unknown.contains("ParaView"), "{unknown}");
+    }
+
+    /// A twin at twice the spacing whose force is a tenth higher gives the force a band of three tenths: what
+    /// counts is this scene, not the price list.
+    #[test]
+    fn a_twin_gives_this_scene_its_own_band() {
+        let fine = cut_to("fine", 20, 0.054);
+        let mut coarse = cut_to("coarse", 20, 0.054);
+        coarse.history = {
+            let path = std::env::temp_dir().join(format!("swarf-report-twin-{}.csv", std::process::id()));
+            let _ = std::fs::remove_file(&path);
+            let columns = ["cutting_force", "numerics.force_error_band"].map(String::from);
+            let mut history = History::begin(&path, &[], &columns).unwrap();
+            for k in 0..=20 {
+                let travel = 1e-4 * f64::from(k);
+                history.add(vec![travel / 50.0, travel, 1.1e3 * f64::from(k), 0.054]).unwrap();
+            }
+            std::fs::remove_file(path).unwrap();
+            history
+        };
+        let text = summary(&fine, Some(&coarse), None);
+        assert!(text.contains("13500.0 N/mm, within \u{b1}4050.000 (30.0 %) by a cut at twice"), "{text}");
     }
 
     /// A run that was stopped tells what it has: the mean over its second half, and says that this is no
     /// steady one.
     #[test]
     fn a_short_run_has_means_of_its_second_half() {
-        let text = summary(&cut_to("short", 8, 0.054), None);
+        let text = summary(&cut_to("short", 8, 0.054), None, None);
         let head = text.lines().next().unwrap_or_default();
         assert!(
             head.starts_with("mean over 0.40 to 0.80 mm of travel") && head.contains("not yet"),
@@ -378,7 +431,7 @@ mod tests {
         );
         // The steps that end at 0.5 to 0.8 mm.
         assert!(text.contains("6500.0 N/mm"), "{text}");
-        assert!(summary(&cut_to("none", 0, 0.0), None).contains("not reached"));
+        assert!(summary(&cut_to("none", 0, 0.0), None, None).contains("not reached"));
     }
 
     /// Wherever a run ends there is a picture of its end, and none twice.

@@ -134,7 +134,35 @@ fn usual_travel(length: f64, gap: f64, feed: f64) -> Result<f64, String> {
 /// # Errors
 /// When it cannot begin, or a file cannot be written.
 pub fn run(options: &Options) -> Result<Cut, String> {
+    go(options, &watch_for_interrupt())
+}
+
+/// Runs the cut, and where it is asked for and the cut came to its end a twin at twice the spacing, whose files
+/// go into a folder `twin` of their own.
+///
+/// # Errors
+/// When one cannot begin, or a file cannot be written.
+pub fn run_with_twin(options: &Options) -> Result<(Cut, Option<Cut>), String> {
     let stop_asked = watch_for_interrupt();
+    let cut = go(options, &stop_asked)?;
+    if !options.band || cut.ending != Ending::Complete {
+        return Ok((cut, None));
+    }
+    let spacing = cut.parameters.iter().find(|(name, _)| name == "numerics.point_spacing");
+    let spacing: f64 = spacing.and_then(|(_, text)| text.parse().ok()).ok_or("the FMU tells no spacing")?;
+    let mut twin = Options { out: options.out.join("twin"), ..options.clone() };
+    twin.set.push(("numerics.point_spacing".into(), format!("{:e}", 2.0 * spacing)));
+    eprintln!("swarf-master: a second cut with points {:.3} µm apart, for the bands", 2e6 * spacing);
+    let twin = go(&twin, &stop_asked)?;
+    match &twin.ending {
+        Ending::Failed(text) => eprintln!("swarf-master: no bands: the second cut failed ({text})"),
+        Ending::Interrupted => eprintln!("swarf-master: no bands: the second cut was stopped"),
+        Ending::Complete => return Ok((cut, Some(twin))),
+    }
+    Ok((cut, None))
+}
+
+fn go(options: &Options, stop_asked: &AtomicBool) -> Result<Cut, String> {
     let out =
         std::path::absolute(&options.out).map_err(|e| format!("--out '{}': {e}", options.out.display()))?;
     std::fs::create_dir_all(&out).map_err(|e| format!("cannot make '{}': {e}", out.display()))?;
@@ -161,7 +189,7 @@ pub fn run(options: &Options) -> Result<Cut, String> {
     let names: Vec<String> = output_variables(&fmu.description).iter().map(|v| v.name.clone()).collect();
     let mut history = History::begin(&out.join("history.csv"), &heads, &names)?;
     let (cpu, wall) = (ProcessTime::now(), Instant::now());
-    let ending = steps(&mut instance, &mut history, stop, step, &stop_asked)?;
+    let ending = steps(&mut instance, &mut history, stop, step, stop_asked)?;
     let (cpu_seconds, wall_seconds) = (cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64());
     if ending == Ending::Complete {
         instance_terminate(&mut instance);
