@@ -246,7 +246,7 @@ fn the_rigid_tail_does_not_thicken_the_chip() {
         [mean, most]
     };
     let ([whole, _], [mean, most]) = (thickness(0.0), thickness(2.0));
-    // Where the tail counted, it was 1.8 times the whole chip's.
+    // Where the tail counted, it went up to 1.7 times the whole chip's mean; the whole chip itself to 1.15.
     assert!((mean / whole - 1.0).abs() < 0.2, "{mean} instead of {whole} feeds");
     assert!(most < 1.5 * whole, "at most {most}, the whole chip has {whole} feeds");
 }
