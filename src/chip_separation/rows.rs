@@ -280,11 +280,13 @@ mod tests {
                 })
                 .collect();
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let sum = |of: &dyn Fn(&(f64, f64, f64, Side)) -> f64| points.iter().map(of).sum::<f64>();
             // A few roundings of sums of eight.
-            assert!((sum(&|p| p.1) - 8.0).abs() < 1e-13, "path {path}: {points:?}");
+            assert!((points.iter().map(|p| p.1).sum::<f64>() - 8.0).abs() < 1e-13, "path {path}: {points:?}");
             let momentum: f64 = (0..8).map(|k| 3.0 - 0.1 * (7.5 + f64::from(k))).sum();
-            assert!((sum(&|p| p.1 * p.2) - momentum).abs() < 1e-13, "path {path}: {points:?}");
+            assert!(
+                (points.iter().map(|p| p.1 * p.2).sum::<f64>() - momentum).abs() < 1e-13,
+                "path {path}: {points:?}"
+            );
             let lowest = points.iter().find(|p| p.3 == Side::Chip).expect("a chip");
             assert!(
                 (lowest.1 - 1.0).abs() < 1e-13 && (lowest.0 - 0.5 - path).abs() < 1e-13,

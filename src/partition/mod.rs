@@ -131,9 +131,15 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
 
     /// Whether every node is owned by one chunk.
     fn has_owners(&self) -> bool {
-        let owned = self.nodes.iter().map(|nodes| nodes.owned()).filter(|owned| !owned.is_empty());
-        owned.fold(Some(0), |end, owned| end.filter(|&end| end == owned.start).map(|_| owned.end))
-            == Some(self.layout.nodes())
+        let owned = self.nodes.iter().map(ChunkNodes::owned).filter(|owned| !owned.is_empty());
+        let mut end = 0;
+        for owned in owned {
+            if owned.start != end {
+                return false;
+            }
+            end = owned.end;
+        }
+        end == self.layout.nodes()
     }
 
     /// Arranges every chunk's nodes for the present layout and ends.

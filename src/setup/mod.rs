@@ -303,7 +303,7 @@ fn simulation<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R
         depth: scene.workpiece.width,
         locking_control: scene.effects.volumetric_locking_control && !scene.numerics.separates(),
         mass_scaling: MassScaling::of(scene),
-        separation: scene.numerics.separates().then(|| ChipSeparation {
+        separation: scene.numerics.separates().then_some(ChipSeparation {
             spacing: scene.numerics.point_spacing,
             parting_angle: scene.tool.parting_angle,
             depth: scene.workpiece.width,

@@ -54,7 +54,7 @@ impl<R: Real, D: Dimension> Kernel<R> for ShareRate<'_, R, D> {
         let ShareRate { volume, group, scratch, .. } = self;
         let Scratch { gradients, part, cells, .. } = scratch;
         find_parts(volume, group, part);
-        share::<S, D, false>((group, part), (gradients, cells), 0);
+        share::<S, D, false>((group, part), gradients, cells, 0);
     }
 }
 
@@ -66,7 +66,7 @@ impl<R: Real, D: Dimension> Kernel<R> for ShareStress<'_, R, D> {
         // In the plane force follows momentum in the same record.
         let first = if D::QUADS == 1 { 2 } else { 0 };
         let Scratch { gradients, part, cells, .. } = self.scratch;
-        share::<S, D, true>((self.group, part), (gradients, cells), first);
+        share::<S, D, true>((self.group, part), gradients, cells, first);
     }
 }
 
@@ -96,7 +96,8 @@ fn find_parts<R: Real>(volume: &Column<R>, group: &Column<u8>, part: &mut Column
 #[inline(always)]
 fn share<S: Simd, D: Dimension, const BY_VOLUME: bool>(
     (group, part): (&Column<u8>, &Column<S::Scalar>),
-    (rows, cells): (&mut [Rows<S::Scalar>; 3], &mut [Rows<S::Scalar>; 3]),
+    rows: &mut [Rows<S::Scalar>; 3],
+    cells: &mut [Rows<S::Scalar>; 3],
     first: usize,
 ) {
     let (zero, one) = (S::Scalar::ZERO, S::Scalar::ONE);

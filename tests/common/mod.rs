@@ -221,6 +221,7 @@ impl Lattice {
                 instructions: InstructionSet::detect(),
                 depth: 1.0,
                 locking_control: false,
+                separation: None,
                 mass_scaling: None,
                 window: None,
                 chip_tail: None,
