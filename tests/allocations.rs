@@ -2,7 +2,7 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use swarf::scene::Scene;
+use swarf::scene::{Formulation, Scene};
 use swarf::simulation::ToolMotion;
 use swarf::{setup, setup::checks};
 
@@ -45,10 +45,16 @@ struct Calls {
 
 /// Counts over `substeps` substeps of the reference cut with 12,500 points, with plain or smoothed
 /// increments, once `warm_up` substeps are over.
-fn count(warm_up: usize, substeps: usize, parallel: bool, smoothed: bool) -> Calls {
+fn count(
+    warm_up: usize,
+    substeps: usize,
+    parallel: bool,
+    (formulation, smoothed): (Formulation, bool),
+) -> Calls {
     let mut scene = Scene::default();
     scene.workpiece.length = 5e-3;
     scene.numerics.point_spacing = 2e-5;
+    scene.numerics.formulation = formulation;
     scene.numerics.smoothed_increments = smoothed;
     let scene = checks::check(&scene).expect("a good scene");
     let mut solver = setup::build(&scene).expect("a good scene");
@@ -81,11 +87,14 @@ fn count(warm_up: usize, substeps: usize, parallel: bool, smoothed: bool) -> Cal
 /// (before the buffers were kept it was some fifty calls for each sort).
 #[test]
 fn substeps_allocate_nothing() {
-    let serial = count(300, 900, false, false);
+    let (plain, separated) = (Formulation::Plain, Formulation::Separated);
+    let serial = count(300, 900, false, (plain, false));
     println!("one thread: {serial:?}");
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("two threads");
-    let parallel = pool.install(|| count(300, 900, true, false));
-    let smoothed = count(300, 900, false, true);
+    let parallel = pool.install(|| count(300, 900, true, (plain, false)));
+    let smoothed = count(300, 900, false, (plain, true));
+    let parted = count(300, 900, false, (separated, false));
+    println!("chip and work parted: {parted:?}");
     println!("smoothed increments: {smoothed:?}");
     println!("two threads: {parallel:?}");
     for calls in [&serial, &parallel, &smoothed] {
@@ -93,6 +102,10 @@ fn substeps_allocate_nothing() {
         assert!(calls.sorting[1] <= calls.sorting[0], "{calls:?}");
         assert!(calls.controlling[1] <= calls.controlling[0], "{calls:?}");
     }
+    // The grid moves under all points, so there are more sorts; nothing controls locking.
+    assert!(parted.ordinary[0] > 500 && parted.sorting[0] >= 5, "{parted:?}");
+    assert!(parted.sorting[1] <= parted.sorting[0], "{parted:?}");
+    assert_eq!(parted.ordinary[1], 0, "{parted:?}");
     assert_eq!(serial.ordinary[1], 0, "{serial:?}");
     assert_eq!(parallel.ordinary[1], 0, "{parallel:?}");
     assert_eq!(smoothed.ordinary[1], 0, "{smoothed:?}");

@@ -123,7 +123,7 @@ fn inputs_and_slopes_that_cannot_be_are_refused_and_change_nothing() {
 }
 
 /// The envelope of a session's bytes, as `session` has it.
-const ENVELOPE: Envelope = Envelope { word: *b"SWARFRUN", format: 9, origin: &[], of: "swarf" };
+const ENVELOPE: Envelope = Envelope { word: *b"SWARFRUN", format: 10, origin: &[], of: "swarf" };
 
 /// Bytes whose checksum is right may still hold anything: each number of the state is looked at, not only the
 /// sum over it.

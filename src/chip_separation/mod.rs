@@ -23,7 +23,8 @@ use crate::partition::Partition;
 use crate::points::{BLOCK, Side};
 use crate::simd::Real;
 use crate::tool::RigidTool;
-use rows::{Row, Rows};
+use rows::Row;
+pub(crate) use rows::Rows;
 
 /// How far ahead of the edge a point gets its side (cells): no point that has none may reach a node that the
 /// two fields do not share before the next sort.
@@ -78,11 +79,12 @@ impl ChipSeparation {
 
     /// Gives points near the edge their side; the points must be sorted anew afterwards. Returns the energy
     /// (J) that rows lose which are laid anew.
-    pub fn part<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
+    pub(crate) fn part<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
         &self,
         partition: &mut Partition<R, D, M::State>,
         tool: &RigidTool,
         model: &M,
+        rows: &mut Rows,
     ) -> f64 {
         let edge = self.edge(tool);
         let [vx, vy] = tool.velocity;
@@ -90,7 +92,7 @@ impl ChipSeparation {
         let path = Path { edge, slope };
         let Partition { layout, chunks, .. } = partition;
         let line = edge[0] - REACH * layout.cell;
-        let mut rows = Rows::new(self.spacing, line);
+        rows.begin(self.spacing, line);
         for (number, chunk) in chunks.iter_mut().enumerate() {
             for (place, block) in chunk.blocks.iter_mut().enumerate() {
                 for lane in 0..BLOCK {

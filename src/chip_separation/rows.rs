@@ -27,8 +27,12 @@ const LAID: usize = 3;
 const BAND: f64 = 6.0;
 /// Part of a row that may stand beyond the path (-).
 const SLIVER: f64 = 0.02;
+/// How far from its middle a row counts as cut there (-).
+const TIE: f64 = 1e-3;
 /// How far points of a column may stand apart across it (spacings).
 const ACROSS: f64 = 0.7;
+/// Points near the path that are listed without asking for memory.
+const USUAL_ROWS: usize = 1024;
 
 /// A point near the path.
 #[derive(Clone, Copy, Debug)]
@@ -45,17 +49,48 @@ pub(super) struct Row {
     pub(super) side: Side,
 }
 
-/// Points near the path, in the order of memory.
-pub(super) struct Rows {
+/// Points near the path, in the order of memory; working memory that is kept.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Rows {
     spacing: f64,
     /// Points behind it get a side (m).
     line: f64,
     rows: Vec<Row>,
 }
 
+/// A column of rows, from the one that stays on the workpiece up.
+#[derive(Clone, Copy, Debug)]
+struct Stack {
+    /// Their places in the list, of which the first `count` are there.
+    points: [usize; LAID + 1],
+    count: usize,
+}
+
+impl Stack {
+    /// The places that are there.
+    fn points(&self) -> &[usize] {
+        &self.points[..self.count]
+    }
+
+    fn push(&mut self, point: usize) {
+        self.points[self.count] = point;
+        self.count += 1;
+    }
+
+    fn last(&self) -> usize {
+        self.points[self.count - 1]
+    }
+}
+
+/// Borders of a column's rows, from the lowest row's lower one up (m).
+type Borders = [f64; LAID + 2];
+
 impl Rows {
-    pub(super) fn new(spacing: f64, line: f64) -> Self {
-        Rows { spacing, line, rows: Vec::new() }
+    /// Forgets all, for points that are `spacing` apart (m); those behind `line` (m) will get a side.
+    pub(super) fn begin(&mut self, spacing: f64, line: f64) {
+        (self.spacing, self.line) = (spacing, line);
+        self.rows.clear();
+        self.rows.reserve(USUAL_ROWS);
     }
 
     /// Takes a point if it is near the path.
@@ -69,7 +104,7 @@ impl Rows {
 
     /// Gives the points behind the line their sides, and lays rows anew; returns the energy (J) lost.
     pub(super) fn part<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
-        mut self,
+        &mut self,
         partition: &mut Partition<R, D, M::State>,
         model: &M,
     ) -> f64 {
@@ -81,7 +116,8 @@ impl Rows {
             }
             let above = (y + 0.5 * height - path) / height;
             let is_cut = above > SLIVER && above < 1.0 - SLIVER;
-            self.rows[k].side = if above >= 0.5 { Side::Chip } else { Side::Work };
+            // A row cut in its middle goes up, whatever rounding says.
+            self.rows[k].side = if above >= 0.5 - TIE { Side::Chip } else { Side::Work };
             if is_cut {
                 lost += self.lay(k, partition, model);
             }
@@ -125,46 +161,44 @@ impl Rows {
     ) -> f64 {
         // The column, from the row that stays on the workpiece up.
         let goes_up = self.rows[k].side == Side::Chip;
-        let mut column = Vec::with_capacity(LAID + 1);
+        let mut column = Stack { points: [0; LAID + 1], count: 0 };
         if goes_up {
             // Nothing stays below it where there is nothing.
             let Some(below) = self.next(k, -1.0) else { return 0.0 };
             column.push(below);
         }
         column.push(k);
-        while column.len() <= LAID
-            && let Some(above) = self.next(*column.last().expect("it has point k"), 1.0)
+        while column.count <= LAID
+            && let Some(above) = self.next(column.last(), 1.0)
         {
             column.push(above);
         }
-        if column.len() < 2 {
+        if column.count < 2 {
             return 0.0;
         }
-        // Borders of the rows, from the lowest point's lower one up.
         let Row { place, height, path, .. } = self.rows[k];
-        let mut old = vec![0.0];
-        for &row in &column {
-            old.push(old.last().expect("it has one") + self.rows[row].height);
+        let (mut old, mut new): (Borders, Borders) = ([0.0; LAID + 2], [0.0; LAID + 2]);
+        let rows = column.count;
+        for (row, &point) in column.points().iter().enumerate() {
+            old[row + 1] = old[row] + self.rows[point].height;
         }
         let at = if goes_up { old[1] } else { 0.0 } + path - (place[1] - 0.5 * height);
-        let (top, rows) = (*old.last().expect("it has several"), column.len());
-        let mut new = vec![0.0, at];
-        for row in 2..rows {
-            new.push(at + self.spacing * (row - 1) as f64);
+        for row in 1..rows {
+            new[row] = at + self.spacing * (row - 1) as f64;
         }
-        new.push(top);
+        new[rows] = old[rows];
         // Too little may be left for the uppermost.
         if new[rows] - new[rows - 1] < 0.3 * self.spacing {
             return 0.0;
         }
-        self.average(&column, (&old, &new), partition, model)
+        self.average(column.points(), (&old, &new), partition, model)
     }
 
     /// Gives the rows of a column new borders; each becomes the average of what it consists of.
     fn average<R: Real, D: Dimension, M: ConstitutiveModel<R, D>>(
         &mut self,
         column: &[usize],
-        (old, new): (&[f64], &[f64]),
+        (old, new): (&Borders, &Borders),
         partition: &mut Partition<R, D, M::State>,
         model: &M,
     ) -> f64 {
@@ -174,13 +208,11 @@ impl Rows {
         let before = self.energy(column, partition, model);
         let axes = D::AXES;
         for k in axes..Block::<R, D, M::State>::columns() {
-            let values: Vec<f64> = column
-                .iter()
-                .map(|&row| {
-                    let [chunk, block, lane] = self.rows[row].at;
-                    partition.chunks[chunk].blocks[block].column(k)[lane].to_f64()
-                })
-                .collect();
+            let mut values = [0.0; LAID + 1];
+            for (value, &point) in values.iter_mut().zip(column) {
+                let [chunk, block, lane] = self.rows[point].at;
+                *value = partition.chunks[chunk].blocks[block].column(k)[lane].to_f64();
+            }
             for (row, &point) in column.iter().enumerate() {
                 let height = new[row + 1] - new[row];
                 let value = if k == 2 * axes {
@@ -261,7 +293,8 @@ mod tests {
             }
             let mut partition = Partition::new(Layout::new([40, 30, 1], 2.0, [0.0; 3]), vec![], vec![block]);
             partition.follow_edge([24.0, path]);
-            let mut rows = Rows::new(1.0, 19.0);
+            let mut rows = Rows::default();
+            rows.begin(1.0, 19.0);
             for lane in 0..BLOCK {
                 let block = &partition.chunks[0].blocks[0];
                 if block.is_point(lane) {

@@ -417,7 +417,7 @@ fn touching<R: Real, D: Dimension, S: PointState<R>>(
     let closest = match block.side[lane] {
         Side::Uncut => shape.closest(place),
         Side::Chip => shape.closest_beside(normal, true, place, spacing)?,
-        Side::Work => shape.closest_beside(normal, false, place, 0.5 * spacing)?,
+        Side::Work => shape.closest_beside(normal, false, place, spacing)?,
     };
     let [x, y] = closest.normal;
     let height = if D::AXES == 2 { (2.0 * half).powi(2) } else { (2.0 * half).powi(3) / spacing } / spacing;

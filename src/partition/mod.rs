@@ -53,6 +53,8 @@ pub struct Partition<R: Real, D: Dimension, S> {
     pub held: Vec<FixedNodes>,
     /// All fixed nodes, on the grid where it stands.
     pub fixed: Vec<FixedNodes>,
+    /// The same before the grid moved last.
+    last_fixed: Vec<FixedNodes>,
     /// Points outside the active window: in no chunk, and no substep moves them.
     pub frozen: Vec<Block<R, D, S>>,
     /// Points of the chip's tail: in no chunk either; `speedups::rigid_chip` moves them when points are
@@ -78,6 +80,7 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
             incoming: vec![NodeRun::default(); count],
             outgoing: vec![NodeRun::default(); count],
             fixed: walls.clone(),
+            last_fixed: walls.clone(),
             walls,
             held: Vec::new(),
             frozen: Vec::new(),

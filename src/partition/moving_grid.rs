@@ -37,9 +37,9 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
         for axis in 0..2 {
             layout.origin[axis] = edge[axis] - layout.cell * f64::from(node[axis]);
         }
-        let last = self.fixed.clone();
+        self.last_fixed.clone_from(&self.fixed);
         self.place_walls();
-        if self.fixed != last {
+        if self.fixed != self.last_fixed {
             for nodes in &mut self.nodes {
                 nodes.list_fixed::<D>(&self.layout, &self.fixed);
             }

@@ -177,6 +177,8 @@ impl<R: Real> ChunkNodes<R> {
         let begin = owned_from.clamp(nodes.start, nodes.end);
         self.owned = begin..end.clamp(begin, nodes.end);
         self.list_fixed::<D>(layout, fixed);
+        // There may be more when the grid has moved under the walls.
+        self.fixed.reserve(self.fixed.len() / 2 + 256);
         end
     }
 

@@ -18,6 +18,7 @@ mod waiting;
 pub use options::Options;
 
 use crate::checkpoint::StateBytes;
+use crate::chip_separation::Rows;
 use crate::contact::BoxedLaw;
 use crate::dimension::Dimension;
 use crate::energy::ledger::Ledger;
@@ -79,6 +80,8 @@ pub struct Simulation<R: Real, D: Dimension, F: ShapeFunction<R>, M: Constitutiv
     waiting: waiting::Waiting,
     /// Nodes lighter than this (kg) stay at rest.
     pub lightest: f64,
+    /// Points near the edge's path, while they get their sides.
+    rows: Rows,
     /// Clock, tool and totals.
     pub progress: Progress,
 }
@@ -144,6 +147,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             tool_body: None,
             waiting: waiting::Waiting::default(),
             lightest,
+            rows: Rows::default(),
             progress,
         };
         let (mut start, mut fastest) = (0.0, 0.0_f64);
@@ -330,7 +334,7 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
         };
         if let Some(separation) = &self.options.separation {
             self.partition.recount_nodes();
-            let lost = separation.part(&mut self.partition, &self.tool, model);
+            let lost = separation.part(&mut self.partition, &self.tool, model, &mut self.rows);
             ledger.damping += lost;
         }
         if let Some(window) = &self.options.window {

@@ -169,38 +169,37 @@ impl ToolShape {
         }
     }
 
-    /// The same on the outline above or below a place on the edge, which goes on there as its tangent.
+    /// The same on the outline above or below a place on the edge, where it goes on as a plane: the tangent of
+    /// an edge as round as points are apart, the face's own plane for a sharp one, in between for one between.
     ///
     /// * `parting`: out of the edge at that place, of length one
     /// * `above`: on the side of the rake face; otherwise on that of the flank
+    /// * `spacing`: distance between points (m)
     ///
-    /// `None` for a point that lies before that place by more than `before` (m) along the tangent.
+    /// `None` for a point that lies before that place, along the plane, by more than a spacing above and half
+    /// a spacing below.
     #[inline]
     pub fn closest_beside(
         &self,
         parting: [f64; 2],
         above: bool,
         point: [f64; 2],
-        before: f64,
+        spacing: f64,
     ) -> Option<Closest> {
         let (parting, point) = (Vector2::from(parting), Vector2::from(point));
-        let [rake, flank] = [&self.sides[0], &self.sides[1]];
+        let side = &self.sides[usize::from(!above)];
         let from_centre = point - self.centre;
-        let (side, onward) = if above {
-            (rake, Vector2::new(-parting.y, parting.x) * -1.0)
-        } else {
-            (flank, Vector2::new(-parting.y, parting.x))
-        };
-        // A sharp edge is its own tangent: that of the face.
-        let (normal, onward) = if self.radius > 0.0 {
-            (parting, onward)
-        } else {
-            (side.normal, if above { -side.direction } else { side.direction })
-        };
-        let along = onward.dot(&(from_centre - self.radius * normal));
+        let round = (self.radius / spacing).min(1.0);
+        let normal = (round * parting + (1.0 - round) * side.normal).normalize();
+        // Along the outline, away from the other side.
+        let onward =
+            if above { Vector2::new(normal.y, -normal.x) } else { Vector2::new(-normal.y, normal.x) };
+        let from_place = from_centre - self.radius * parting;
+        let along = onward.dot(&from_place);
+        let face = if self.radius > 0.0 { Face::Edge } else { side.face };
         if along < 0.0 {
-            let distance = normal.dot(&from_centre) - self.radius;
-            let face = if self.radius > 0.0 { Face::Edge } else { side.face };
+            let before = if above { spacing } else { 0.5 * spacing };
+            let distance = normal.dot(&from_place);
             return (along >= -before).then_some(Closest {
                 distance,
                 normal: normal.into(),
@@ -208,8 +207,8 @@ impl ToolShape {
                 along: 0.0,
             });
         }
-        let along = if above { -side.direction } else { side.direction }
-            .dot(&(from_centre - self.radius * side.normal));
+        let up = if above { -side.direction } else { side.direction };
+        let along = up.dot(&(from_centre - self.radius * side.normal));
         if along < 0.0 {
             return Some(self.closest_on_edge(from_centre, from_centre.norm() - self.radius));
         }
@@ -217,7 +216,7 @@ impl ToolShape {
             return Some(self.closest(point.into()));
         }
         let distance = side.normal.dot(&point) - side.offset;
-        let along = if side.face == Face::Rake { along } else { 0.0 };
+        let along = if above { along } else { 0.0 };
         Some(Closest { distance, normal: side.normal.into(), face: side.face, along })
     }
 

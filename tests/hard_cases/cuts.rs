@@ -23,5 +23,5 @@ fn friction_and_feed_may_be_anything() {
 /// allowed.
 #[test]
 fn no_edge_throws_points_or_lets_them_in() {
-    hold_but("4", &["rake -15°: largest velocity stored"]);
+    hold_but("4", &["edge radius 50.0 µm: largest velocity stored"]);
 }
