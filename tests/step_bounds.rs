@@ -1,7 +1,7 @@
 //! The guards of a run: silent in sound cuts, and heard in unsound ones.
 
 use swarf::Error;
-use swarf::scene::{Inputs, Scene, Speed};
+use swarf::scene::{Formulation, Inputs, Scene, Speed};
 use swarf::session::Session;
 use swarf::simulation::ToolMotion;
 use swarf::{setup, setup::checks};
@@ -76,6 +76,9 @@ fn a_scheme_that_feeds_itself_is_stopped() {
         "{error}"
     );
     scene.numerics.courant = 0.5;
+    // The limit is worked out for points that act by themselves; those that share their cells' stresses bear
+    // more.
+    scene.numerics.formulation = Formulation::Plain;
     let mut scene = checks::check(&scene).expect("a good scene");
     scene.numerics.courant = 0.68;
     let mut solver = setup::build(&scene).expect("a solver");
@@ -103,6 +106,7 @@ fn the_time_step_is_that_of_the_material() {
     assert_eq!(checks::check(&once).as_ref(), Ok(&once), "checked twice");
     scene.numerics.speed = Speed::Balanced;
     assert_eq!(checks::check(&scene).map(|scene| scene.numerics.courant), Ok(once.numerics.courant));
+    scene.numerics.formulation = Formulation::Plain;
     // With smoothed increments the limit is about twice as high, and below the level's 1.1 here.
     scene.numerics.speed = Speed::Fast;
     let fast = checks::check(&scene).expect("a good scene");
