@@ -49,6 +49,9 @@ use std::sync::Arc;
 /// one substep's `transfer::TRAVEL_LIMIT` it stays within the cell of margin that the grid keeps for motion.
 const SORT_TRAVEL: f64 = 0.5;
 
+/// Way in contact (cells) in which the tool has only just touched.
+const FIRST_TOUCH: f64 = 0.5;
+
 /// The simulation of one scene, monomorphised for what the scene names.
 #[derive(Clone)]
 pub struct Simulation<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> {
@@ -271,7 +274,9 @@ impl<R: Real, D: Dimension, F: ShapeFunction<R>, M: ConstitutiveModel<R, D>> Sim
             let square: f64 = point.velocity.iter().map(|v| v * v).sum();
             watch.count(0.5 * point.mass * square, point.volume, &point.report);
         });
-        watch.judge(self.progress.clock, &self.progress.ledger)
+        let touched = self.progress.cut_length;
+        let starts = touched > 0.0 && touched < FIRST_TOUCH * self.partition.layout.cell;
+        watch.judge(self.progress.clock, &self.progress.ledger, starts)
     }
 
     /// Adds the chunks' sums to the totals, in the order of the chunks.
