@@ -18,9 +18,9 @@
 use crate::dimension::Dimension;
 use crate::grid::{Layout, MARGIN, PencilRanges};
 use crate::parallel::take_turns;
-use crate::partition::Partition;
 use crate::partition::chunk::Chunk;
 use crate::partition::tiles::Tiles;
+use crate::partition::{MOST_CHUNKS, Partition};
 use crate::points::{BLOCK, Block, PointState};
 use crate::simd::Real;
 
@@ -101,12 +101,16 @@ impl<R: Real, D: Dimension, S: PointState<R>> Partition<R, D, S> {
     /// be reached by points of chunks far before, and a chunk owns those up to where the next one's points
     /// begin.
     fn cover_second_field(&mut self) {
+        // By chunk: lowest pencil of the points of all that follow it.
+        let mut next = [usize::MAX; MOST_CHUNKS];
+        for k in (1..self.ends.len()).rev() {
+            let (first, last) = self.ends[k];
+            next[k - 1] = if first <= last { next[k].min(first) } else { next[k] };
+        }
         let mut highest = 0;
-        let ends: Vec<(usize, usize)> = self.ends.clone();
-        for (k, own) in self.ends.iter_mut().enumerate().filter(|(_, own)| own.0 <= own.1) {
+        for (own, next) in self.ends.iter_mut().zip(next).filter(|(own, _)| own.0 <= own.1) {
             highest = highest.max(own.1);
-            let next = ends[k + 1..].iter().filter(|ends| ends.0 <= ends.1).map(|ends| ends.0).min();
-            own.1 = own.1.max(next.map_or(highest, |next| highest.min(next.saturating_sub(1))));
+            own.1 = own.1.max(if next == usize::MAX { highest } else { highest.min(next.saturating_sub(1)) });
         }
     }
 
