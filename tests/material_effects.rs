@@ -1,6 +1,6 @@
 //! What a scene may ask of the material: combinations that run, those that are refused, and their ledgers.
 
-use swarf::scene::{Heat, Inputs, Law, Precision, Scene, ShapeChoice};
+use swarf::scene::{Formulation, Heat, Inputs, Law, Precision, Scene, ShapeChoice};
 use swarf::session::{Advance, Session};
 
 /// A small titanium cut at 20 m/s.
@@ -78,6 +78,8 @@ fn a_cut_with_viscosity_closes_its_ledger() {
 fn effects_that_a_damaged_scene_lacks_are_off() {
     let mut scene = scene();
     scene.effects.damage = true;
+    // Rounding is all that may differ, and the separated formulation makes more of it.
+    scene.numerics.formulation = Formulation::Plain;
     // Out of reach: the same run as without damage, whose kernels exist for every combination.
     scene.material.name = "custom".into();
     scene.material.constants.damage = [100.0, 0.0, 0.0, 0.0, 0.0];
